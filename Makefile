@@ -46,8 +46,8 @@ $(STAMP): $(CORE) constraints.txt
 		--editable '.[$(EXTRAS)]'
 	@touch $@
 
-demo: $(CORE)  ## film, track, estimate, plan and throw: the main job on films it renders, into runs/demo
-	$(BIN)/curling demo -o runs/demo
+demo: $(CORE)  ## film, track, estimate, plan and throw on rendered films, into runs/demo; DEMO='--throws 12'
+	$(BIN)/curling demo -o runs/demo $(DEMO)
 
 test: setup browser docs  ## all tests, with the browser and the site that some need
 	$(SINGLE) $(BIN)/pytest -n $(JOBS) --dist worksteal -q
@@ -78,6 +78,9 @@ bench: setup  ## speed, one line per measure
 
 figures: setup  ## measure the quick figures of figures.json again (GROUP=physics for one group) and compare
 	$(BIN)/python scripts/figures.py check $(GROUP)
+
+figures-%: setup  # one group: make figures-films, make figures-inference
+	$(BIN)/python scripts/figures.py check $*
 
 figures-page: setup  ## docs/results.md, from figures.json
 	$(BIN)/python scripts/figures.py page

@@ -1,7 +1,7 @@
-"""Those who throw: planning a throw, learning to throw, and playing games.
+"""Agents: planning a throw, learning to throw, and playing games.
 
 `plan_throw` finds the throw for a target or a task, `train` trains a policy, and `evaluate`
-compares a trained policy with the planner. What they need is imported at their first use, so that
+compares a trained policy with the planner. Dependencies are imported at first use, so that
 importing this package does not import PyTorch.
 """
 

@@ -1,21 +1,21 @@
 """From film to ice: track thrown stones, estimate the friction of the ice, find missing effects.
 
-From films of throws to the ice they ran on:
+From films of throws to the ice:
 
     from pathlib import Path
     from curling_env import save_ice
     from friction_estimation import estimate_ice, track_films
 
     films = sorted(Path("films").glob("*.mp4"))       # one throw each, in order of play
-    tracks = track_films(films, "end.scene.json")     # the scene: where the camera sees the sheet
-    estimate = estimate_ice(tracks)                   # friction per cell, curl, and the rest
+    tracks = track_films(films, "end.scene.json")     # the camera's view of the sheet estimate =
+    estimate_ice(tracks)                   # friction per cell, curl, and the rest
     save_ice(estimate.ice, "ice.json")
 
 Tracks that were written to a file come back with `curling_env.read_tracks`. `discover(tracks)`
 looks for effects that a model of the ice lacks, such as curl, a slope or worn pebble. The commands
 `curling track`, `curling estimate` and `curling discover` do the same from a terminal.
 
-Names are loaded when they are first used, so that importing this package costs nothing.
+Names are loaded at first use, so that importing this package is fast.
 """
 
 from importlib import import_module
@@ -50,7 +50,7 @@ _MODULES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name, and what it needs, when it is first used."""
+    """Load a public name, with its dependencies, at first use."""
     for module, names in _MODULES.items():
         if name in names:
             return getattr(import_module(f"{__name__}.{module}"), name)

@@ -1,13 +1,13 @@
-"""The rows of the benchmark by one protocol; docs/benchmark.md describes it and shows the tables.
+"""Rows of the benchmark by one protocol, which docs/benchmark.md describes.
 
     python scripts/baselines.py constants                    # the best constant action of each task
     python scripts/baselines.py run random planner ppo --workers 2
     python scripts/baselines.py table                        # of all rows up to now
     python scripts/baselines.py release      # rows, curves, configurations and weights to docs
 
-Everything lies in runs/baselines, and finished work is kept: a run that was stopped goes on with
-the next piece. A training leaves its configuration, its curve, its weights and what counted in
-every episode; a row leaves `NAME.json`, which `curling benchmark` checks.
+Results are kept in runs/baselines, and an interrupted run continues. A training writes its
+configuration, its curve, its weights and the scores of its episodes; a row is `NAME.json`, which
+`curling benchmark` checks.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import argparse
 import csv
 import json
 import platform
+import re
 import shutil
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
@@ -33,41 +34,47 @@ from agents.benchmark.contestants import can_do
 from agents.benchmark.datasets import expert_of, practice_env, practice_options, tier_episodes
 from agents.benchmark.rows import aggregate, read_row, scores_of, shortcomings, write_row
 from agents.benchmark.scores import TRIMMED
+from curling_env.envs.game.shots import SHOTS
 from curling_env.infrastructure.executor import executor
 from curling_env.infrastructure.files.storage import write_json
 from curling_env.infrastructure.files.writing import atomic_path
 
 FOLDER = Path("runs/baselines")
 EPISODES = 100
-"""Episodes of every task and run."""
+"""Number of episodes of each task and run."""
 SEEDS = 5
-"""Trainings of every task."""
+"""Number of trainings of each task."""
 END = "end-rulebased"
-"""Ends are learnt against this opponent, and played against all three; copies against it alone."""
+"""Opponent in training. Trained players are measured against all three, clones against this one."""
 ENDS = [name for name, task in TASKS.items() if task.headline and task.metric == "points"]
 THROWS = [name for name, task in TASKS.items() if task.headline and task.metric != "points"]
 DELIVERIES = {"learned": 10_000, "planner": 300}
-"""Recorded deliveries of a tier, by its expert."""
+"""Number of recorded deliveries of a tier, by its expert."""
 CHUNKS = 10
-"""Pieces in which they are recorded."""
+"""Number of files in which they are recorded."""
 POINTS = 60
-"""Points of a curve."""
+"""Number of points of a curve."""
+STONES = re.compile(r"^target|stone \d")
+"""Names of the observed numbers that show a stone or the target."""
+NEVER = -1000.0
+"""Logit of a shot that is never called."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Algorithm:
-    """One row.
+    """Row of the benchmark.
 
     Parameters
     ----------
     name : class in stable-baselines3, sb3-contrib or `learn.masked_dqn`; "BC" for behaviour cloning
     tasks : tasks to train in
-    steps : of a training, on single throws and on ends
-    num_envs : environments in parallel, on single throws and on ends
-    settings : of the algorithm; others are its own defaults
-    actions : of ends
-    tier : of the recorded deliveries, for behaviour cloning
-    best : share of the recorded episodes to copy, those of the highest return
+    steps : number of training steps, on single throws and on ends
+    num_envs : number of environments in parallel, on single throws and on ends
+    settings : settings of the algorithm; the others keep their defaults
+    actions : kind of actions in ends
+    tier : tier of the recorded deliveries, for behaviour cloning
+    best : share of the recorded episodes to clone, those of the highest return
+    blind : hide stones and targets, and allow no shot that names a stone
     """
 
     name: str
@@ -78,6 +85,7 @@ class Algorithm:
     actions: str = "throws"
     tier: str = ""
     best: float = 1.0
+    blind: bool = False
 
 
 ON_POLICY: dict[str, Any] = {
@@ -111,9 +119,25 @@ ALGORITHMS = {
         num_envs=(256, 64),
         settings=ON_POLICY,
     ),
+    "ppo-blind": Algorithm(
+        name="PPO",
+        tasks=["takeout", "hit-and-stay", "freeze"],
+        steps=(50_000, 0),
+        num_envs=(256, 64),
+        settings=ON_POLICY,
+        blind=True,
+    ),
     "sac": Algorithm(name="SAC", tasks=THROWS, steps=(30_000, 0), settings=OFF_POLICY),
     "maskable-ppo": Algorithm(
         name="MaskablePPO", tasks=[END], steps=(0, 100_000), settings=ON_POLICY, actions="shots"
+    ),
+    "maskable-ppo-blind": Algorithm(
+        name="MaskablePPO",
+        tasks=[END],
+        steps=(0, 50_000),
+        settings=ON_POLICY,
+        actions="shots",
+        blind=True,
     ),
     "dqn": Algorithm(
         name="MaskedDQN",
@@ -131,7 +155,7 @@ ALGORITHMS = {
 
 
 def environments(task: BenchmarkTask, count: int, actions: str = "throws") -> Any:
-    """The environments of a task with other ices of the same distribution, simulated together."""
+    """Return environments of a task, vectorised, with other ices of the same distribution."""
     options: Any = practice_options(task) | ({} if actions == "throws" else {"actions": actions})
     return gymnasium.make_vec(
         task.environment, num_envs=count, autoreset_mode="SameStep", **options
@@ -142,7 +166,7 @@ def environments(task: BenchmarkTask, count: int, actions: str = "throws") -> An
 
 
 def mean_of(task: BenchmarkTask, envs: Any, actions: Any, seed: int) -> Any:
-    """Return the metric of an episode of each environment, in which an action is always the same.
+    """Return the metric of an episode of each environment, in which the action is constant.
 
     Parameters
     ----------
@@ -160,7 +184,7 @@ def mean_of(task: BenchmarkTask, envs: Any, actions: Any, seed: int) -> Any:
 
 
 def best_constant(task: BenchmarkTask, *, many: int = 2048, rounds: int = 6) -> Any:
-    """The best constant action by random search and the cross-entropy method, (3,)."""
+    """Return the best constant action by random search and the cross-entropy method, (3,)."""
     n, rng = 256, np.random.default_rng(0)
     envs, tried = environments(task, n), rng.uniform(-1, 1, (many, 3))
     scores = np.concatenate(
@@ -185,19 +209,19 @@ def constants() -> None:
         print(name, np.round(best_constant(TASKS[name]), 3).tolist(), flush=True)
 
 
-# --- pieces of work -------------------------------------------------------------------------------
+# --- jobs ---------------------------------------------------------------------------------------
 
 
-class Piece(NamedTuple):
-    """A piece of work.
+class Job(NamedTuple):
+    """Job of one process.
 
     Parameters
     ----------
-    kind : "record" deliveries of a tier, "train" and measure, or "measure" alone
-    name : of the algorithm, the policy or the tier
+    kind : "record" (deliveries of a tier), "train" (and measure) or "measure"
+    name : name of the algorithm, the policy or the tier
     task : name of the task
     number : seed of the training, or number of the chunk
-    share : of the steps
+    share : share of the steps
     """
 
     kind: str
@@ -214,20 +238,20 @@ class Piece(NamedTuple):
         return FOLDER / self.name.replace(":", "-") / self.task / str(self.number)
 
 
-def do(piece: Piece) -> str:
-    """Do a piece of work, unless it was done; its words for the log."""
-    work = {"record": recorded, "train": train, "measure": measure}[piece.kind]
-    piece.folder.mkdir(parents=True, exist_ok=True)
-    return f"{' '.join(map(str, piece))}: {work(piece)}"
+def run_job(job: Job) -> str:
+    """Do a job, unless its result exists, and return a line for the log."""
+    work = {"record": recorded, "train": train, "measure": measure}[job.kind]
+    job.folder.mkdir(parents=True, exist_ok=True)
+    return f"{' '.join(map(str, job))}: {work(job)}"
 
 
-def measure(piece: Piece) -> str:
+def measure(job: Job) -> str:
     """Measure a policy that needs no training."""
-    return _measured(piece, piece.name, [piece.task])
+    return _measured(job, job.name, [job.task])
 
 
-def _measured(piece: Piece, name: str, tasks: list[str]) -> str:
-    path = piece.folder / "values.json"
+def _measured(job: Job, name: str, tasks: list[str]) -> str:
+    path = job.folder / "values.json"
     if not path.exists():
         who = contestant(name)
         values = {task: played(TASKS[task], who, episodes=EPISODES)[0] for task in tasks}
@@ -236,15 +260,15 @@ def _measured(piece: Piece, name: str, tasks: list[str]) -> str:
     return ", ".join(f"{task} {np.mean(each):.3f}" for task, each in found.items())
 
 
-def recorded(piece: Piece) -> Any:
-    """Record a chunk of the deliveries of a tier, each with the return of its episode."""
-    path = piece.folder / f"{piece.number}.npz"
+def recorded(job: Job) -> Any:
+    """Record a chunk of the deliveries of a tier, each with the return of its episode; return the
+    file.
+    """
+    path = job.folder / f"{job.number}.npz"
     if not path.exists():
-        env, first = practice_env(piece.task), 20_000_000 + 100_000 * piece.number
-        many = max(1, int(piece.share * DELIVERIES[expert_of(piece.task)]) // CHUNKS)
-        episodes = list(
-            tier_episodes(env, piece.task, piece.name, deliveries=many, first_seed=first)
-        )
+        env, first = practice_env(job.task), 20_000_000 + 100_000 * job.number
+        many = max(1, int(job.share * DELIVERIES[expert_of(job.task)]) // CHUNKS)
+        episodes = list(tier_episodes(env, job.task, job.name, deliveries=many, first_seed=first))
         arrays: dict[str, Any] = {
             "observations": np.concatenate([one["observations"][:-1] for one in episodes]),
             "actions": np.concatenate([one["actions"] for one in episodes]),
@@ -258,28 +282,28 @@ def recorded(piece: Piece) -> Any:
     return path
 
 
-def train(piece: Piece) -> str:
-    """Train one model, and measure what was saved."""
-    algorithm, task, path = ALGORITHMS[piece.name], TASKS[piece.task], piece.folder / "model.zip"
+def train(job: Job) -> str:
+    """Train a model, save it, and measure the saved one."""
+    algorithm, task, path = ALGORITHMS[job.name], TASKS[job.task], job.folder / "model.zip"
     if not path.exists():
-        steps = int(piece.share * algorithm.steps[task.metric == "points"])
-        model, curve = _model(algorithm, task, piece.number), piece.folder / "curve.csv"
+        steps = int(job.share * algorithm.steps[task.metric == "points"])
+        model, curve = _model(algorithm, task, job.number), job.folder / "curve.csv"
         if algorithm.name == "BC":
-            steps = clone(model, piece)
+            steps = clone(model, job)
         else:
             curve.unlink(missing_ok=True)
             model.learn(steps, callback=Curve(curve, steps // POINTS))
         configuration = {
             "algorithm": asdict(algorithm),
             "steps": steps,
-            "seed": piece.number,
+            "seed": job.number,
             "options": dict(practice_options(task)),
             "versions": _versions(),
         }
-        write_json(piece.folder / "config.json", configuration)
+        write_json(job.folder / "config.json", configuration)
         save_weights(model, path)
     ends = task.metric == "points" and not algorithm.tier
-    return _measured(piece, str(path), ENDS if ends else [task.name])
+    return _measured(job, str(path), ENDS if ends else [task.name])
 
 
 def _versions() -> dict[str, str]:
@@ -296,7 +320,7 @@ def _versions() -> dict[str, str]:
 
 
 def _model(algorithm: Algorithm, task: BenchmarkTask, seed: int) -> Any:
-    """A model before its training; observations are normalised by those of resets."""
+    """Return an untrained model; its observations are normalised by `observations_of`."""
     import stable_baselines3
     import torch
 
@@ -306,9 +330,12 @@ def _model(algorithm: Algorithm, task: BenchmarkTask, seed: int) -> Any:
 
     torch.set_num_threads(1)
     envs = environments(task, algorithm.num_envs[task.metric == "points"], algorithm.actions)
-    seen = np.concatenate([envs.reset(seed=10_000 * (seed + 1) + 300 * k)[0] for k in range(16)])
+    seen = observations_of(task, seed)
     policy: dict[str, Any] = {"features_extractor_class": ObservationNormaliser}
-    policy["features_extractor_kwargs"] = {"mean": seen.mean(0), "deviation": seen.std(0)}
+    one: Any = gymnasium.make(task.environment, **practice_options(task)).unwrapped
+    names: list[str] = one.observation.names
+    shown = np.array([not (algorithm.blind and STONES.search(name)) for name in names])
+    policy["features_extractor_kwargs"] = {"mean": seen.mean(0), "deviation": shown * seen.std(0)}
     policy["net_arch"] = [64, 64]
     kind: Any = "PPO" if algorithm.name == "BC" else algorithm.name
     if kind == "PPO":
@@ -319,7 +346,7 @@ def _model(algorithm: Algorithm, task: BenchmarkTask, seed: int) -> Any:
         from learn import masked_dqn as package
     else:
         package = stable_baselines3
-    return getattr(package, kind)(
+    model = getattr(package, kind)(
         "MlpPolicy",
         CurlingVecEnv(envs, seed=100_000 * (seed + 1), info_keywords=("action_mask",)),
         seed=seed,
@@ -327,10 +354,33 @@ def _model(algorithm: Algorithm, task: BenchmarkTask, seed: int) -> Any:
         policy_kwargs=policy,
         **{name: schedule_of(value) for name, value in algorithm.settings.items()},
     )
+    if algorithm.blind and algorithm.actions == "shots":
+        at_stones = [shot.stone >= 0 for shot in SHOTS]
+        with torch.no_grad():
+            model.policy.action_net.bias[at_stones] = NEVER
+    return model
+
+
+def observations_of(task: BenchmarkTask, seed: int) -> Any:
+    """Return observations of a task, which define the normalisation of learners, (n, size).
+
+    Those of resets, and in ends those after random shots as well: stones lie there only later.
+    """
+    ends, rng = task.metric == "points", np.random.default_rng(seed)
+    envs = environments(task, 64, "shots") if ends else environments(task, 256)
+    seen: list[Any] = []
+    for k in range(4 if ends else 16):
+        now, info = envs.reset(seed=10_000 * (seed + 1) + 300 * k)
+        seen.append(now)
+        for _ in range(7 * ends):
+            masks = info["action_mask"]
+            now, *_, info = envs.step((masks * rng.random(masks.shape)).argmax(axis=1))
+            seen.append(now)
+    return np.concatenate(seen)
 
 
 def save_weights(model: Any, path: Path) -> None:
-    """Save a model without its optimisers, its weights in half precision."""
+    """Save a model without its optimisers, with weights in half precision."""
     import torch
 
     state = ["_last_obs", "_last_original_obs", "ep_info_buffer", "ep_success_buffer"]
@@ -348,7 +398,7 @@ def save_weights(model: Any, path: Path) -> None:
 
 
 def Curve(path: Path, every: int) -> Any:
-    """A callback that writes the mean reward of the last thousand episodes now and then."""
+    """Return a callback that regularly writes the mean reward of the last thousand episodes."""
     from stable_baselines3.common.callbacks import BaseCallback
 
     class Written(BaseCallback):
@@ -366,12 +416,12 @@ def Curve(path: Path, every: int) -> Any:
     return Written()
 
 
-def clone(model: Any, piece: Piece) -> int:
-    """Copy recorded deliveries by maximum likelihood; their number."""
+def clone(model: Any, job: Job) -> int:
+    """Clone recorded deliveries by maximum likelihood, and return their number."""
     import torch
 
-    algorithm = ALGORITHMS[piece.name]
-    chunks = [Piece("record", algorithm.tier, piece.task, k, piece.share) for k in range(CHUNKS)]
+    algorithm = ALGORITHMS[job.name]
+    chunks = [Job("record", algorithm.tier, job.task, k, job.share) for k in range(CHUNKS)]
     files = [np.load(recorded(chunk)) for chunk in chunks]
     given = {
         name: np.concatenate([file[name] for file in files])
@@ -390,48 +440,50 @@ def clone(model: Any, piece: Piece) -> int:
     return len(seen)
 
 
-def pieces_of(names: list[str], tasks: list[str] | None, share: float) -> list[Piece]:
-    """Pieces of work of policies and algorithms: records, then measures, then trainings by seed."""
+def jobs_of(names: list[str], tasks: list[str] | None, share: float) -> list[Job]:
+    """Return the jobs in order: recordings, measures, then trainings by seed."""
     chosen = {name: ALGORITHMS[name] for name in names if name in ALGORITHMS}
-    pieces = [
-        Piece("record", algorithm.tier, task, chunk, share)
+    jobs = [
+        Job("record", algorithm.tier, task, chunk, share)
         for chunk in range(CHUNKS)
         for algorithm in chosen.values()
         for task in algorithm.tasks
         if algorithm.tier
     ]
-    pieces += [
-        Piece("measure", name, task.name)
+    jobs += [
+        Job("measure", name, task.name)
         for name in names
         if name not in ALGORITHMS
         for task in TASKS.values()
         if can_do(name, task)
     ]
-    pieces += [
-        Piece("train", name, task, seed, share)
+    jobs += [
+        Job("train", name, task, seed, share)
         for seed in range(SEEDS)
         for name, algorithm in chosen.items()
         for task in algorithm.tasks
     ]
-    return [one for one in dict.fromkeys(pieces) if tasks is None or one.task in tasks]
+    return [one for one in dict.fromkeys(jobs) if tasks is None or one.task in tasks]
 
 
 def run(names: list[str], tasks: list[str] | None, share: float, workers: str) -> None:
-    """Do what is not done yet, and write the rows."""
+    """Do the jobs without a result, and write the rows."""
     with executor(workers) as crew:
-        for words in crew.map(do, pieces_of(names, tasks, share)):
+        for words in crew.map(run_job, jobs_of(names, tasks, share)):
             print(words, flush=True)
     for name in names:
         write_rows(name)
 
 
 def write_rows(name: str) -> None:
-    """Write the row of what is measured of a name."""
-    found: dict[str, list[Any]] = {}
-    stem = name.replace(":", "-")
+    """Write the row of a policy or algorithm; other tasks stay as in the released row."""
+    stem, found = name.replace(":", "-"), dict[str, list[Any]]()
+    released = Path(RELEASED) / f"{stem}.json"
+    kept = read_row(released).scores if released.exists() else []
     for path in sorted((FOLDER / stem).glob("*/*/values.json")):
         for task, values in json.loads(path.read_text()).items():
             found.setdefault(task, []).append(np.array(values))
+    found = {score.task: [np.array(run) for run in score.runs] for score in kept} | found
     method = str(ALGORITHMS.get(name, ""))
     ordered = {task: found[task] for task in TASKS if task in found}
     write_row(FOLDER / f"{stem}.json", name, ordered, method=method, link=RELEASED * bool(method))
@@ -446,7 +498,7 @@ TRAINED = ("ppo", "sac", "maskable-ppo", "dqn")
 
 
 def table() -> None:
-    """Print the released rows and those of runs as Markdown, single throws and ends apart."""
+    """Print the released rows and those in runs as Markdown tables."""
     released = Path(RELEASED).glob("[!c]*.json"), Path(RELEASED).glob("constant.json")
     files = {path.stem: path for some in (*released, FOLDER.glob("*.json")) for path in some}
     found = {name: read_row(path) for name, path in sorted(files.items())}
@@ -464,8 +516,8 @@ def table() -> None:
 
 
 def release() -> None:
-    """Copy complete rows, and curves, configurations and weights of their trainings; those of other
-    rows stay.
+    """Copy complete rows with the curves, configurations and weights of their trainings. Other rows
+    stay unchanged.
     """
     folder = Path(RELEASED)
     (folder / "weights").mkdir(parents=True, exist_ok=True)
@@ -478,7 +530,7 @@ def release() -> None:
             task = path.parts[-3]
             configurations.setdefault(row.stem, {})[task] = json.loads(path.read_text())
             weights = folder / "weights" / f"{row.stem}-{task}.zip"
-            if row.stem == "bc" or row.stem in TRAINED:
+            if ALGORITHMS[row.stem].tier in ("", "expert"):
                 shutil.copy(path.with_name("model.zip"), weights)
         for path in sorted(FOLDER.glob(f"{row.stem}/*/*/curve.csv")):
             points = np.loadtxt(path, delimiter=",", ndmin=2)
@@ -536,7 +588,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("what", choices=["constants", "run", "table", "release"])
     parser.add_argument("names", nargs="*", help="policies and algorithms")
-    parser.add_argument("--task", action="append", help="only these")
+    parser.add_argument("--task", action="append", help="task; repeatable; default: all")
     parser.add_argument("--share", type=float, default=1.0, help="of the steps, for a trial")
     parser.add_argument("--workers", default="1", help="processes, or 'ray'")
     given = parser.parse_args()

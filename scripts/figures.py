@@ -261,7 +261,7 @@ def _duration(seconds: float) -> str:
 
 
 def _commit() -> str:
-    """The commit that is measured.
+    """Return the commit that is measured.
 
     Raises
     ------

@@ -8,8 +8,8 @@
     curling benchmark runs/ends.npz
 
 `clone` clones a search: in each position of a Minari dataset every shot of the list is simulated
-with the errors of the hand, and the network learns to call the most valuable ones from one
-simulation of each without error.
+with execution errors, and the network learns to call the most valuable ones from one simulation of
+each without error.
 
 `play` learns by proximal policy optimisation (Schulman et al. 2017) with masks, through the public
 environments alone: `gymnasium.make_vec("CurlingEnd-v0")` with shots as actions, reward shaping by
@@ -35,6 +35,7 @@ import numpy as np
 import torch
 from learn.cloning import ShotModule, clone
 from learn.lessons import lessons_of
+from ppo import Settings, advantages
 
 import curling_env  # noqa: F401  (registers the environments)
 from agents.playing.learned.features import Seen
@@ -48,8 +49,10 @@ ENVS, ROLLOUT = 32, 16
 """Number of environments, and of deliveries of each between updates: two ends."""
 EPOCHS, MINIBATCH, LEARNING_RATE = 3, 256, 1e-3
 """Passes through the deliveries, positions per step, and learning rate, which falls to zero."""
-GAE_LAMBDA, CLIP, ENTROPY = 0.8, 0.2, 0.003
-"""Weight of later advantages, bound on the change of a probability, weight of the entropy."""
+WEIGHTS = Settings(gamma=1.0, gae_lambda=0.8)
+"""No discount, and the weight of later advantages."""
+CLIP, ENTROPY = 0.2, 0.003
+"""Bound on the change of a probability, and weight of the entropy."""
 PAST = 30
 """Number of updates after which the network joins its opponents."""
 
@@ -79,24 +82,21 @@ def learn_from(data: Path, output: Path) -> None:
 # --- learning by playing --------------------------------------------------------------------------
 
 
-def advantages(rewards: Any, values: Any, over: Any, weight: float) -> Any:
-    """Return generalised advantages without discount, (steps, n); `values` has one row more."""
-    found, following = np.zeros_like(rewards), np.zeros(rewards.shape[1])
-    for t in reversed(range(len(rewards))):
-        goes_on = 1.0 - over[t]
-        error = rewards[t] + goes_on * values[t + 1] - values[t]
-        following = error + weight * goes_on * following
-        found[t] = following
-    return found
-
-
 def chances_of(worths: torch.Tensor, masks: torch.Tensor) -> torch.distributions.Categorical:
     """Return the probabilities of the available shots."""
     return torch.distributions.Categorical(logits=worths.masked_fill(masks == 0, IMPOSSIBLE))
 
 
-def play(start: Path | None, output: Path, deliveries: int) -> None:
-    """Train a network further by proximal policy optimisation, writing the output on the way."""
+def play(start: Path | None, output: Path, deliveries: int, *, keep: bool = False) -> None:
+    """Train a network further by proximal policy optimisation, writing the output on the way.
+
+    Parameters
+    ----------
+    start : network to begin with; None for a random one
+    output : file of the network
+    deliveries : deliveries of the agent
+    keep : also keep each network that was written on the way, as ``OUTPUT-DELIVERIES.npz``
+    """
     torch.manual_seed(0)
     torch.set_num_threads(1)
     envs: Any = gymnasium.make_vec(
@@ -139,12 +139,14 @@ def play(start: Path | None, output: Path, deliveries: int) -> None:
         with torch.no_grad():
             _, last = module(eyes.seen(observation))
         values = np.concatenate([values, last.numpy()[None]])
-        advantage = advantages(rewards, values, over, GAE_LAMBDA)
+        advantage = advantages(*map(torch.from_numpy, (rewards, values, over)), WEIGHTS).numpy()
         learn(module, optimiser, seen, masks, shots, logs, advantage, values[:-1])
         if (update + 1) % 10 == 0 or update + 1 == updates:
-            module.network().save(output, deliveries=(update + 1) * n * length)
+            done = (update + 1) * n * length
+            for path in (output, output.with_stem(f"{output.stem}-{done}"))[: 1 + keep]:
+                module.network().save(path, deliveries=done)
             print(
-                f"{(update + 1) * n * length:8} deliveries  {np.mean(scores):6.2f} points an end  "
+                f"{done:8} deliveries  {np.mean(scores):6.2f} points an end  "
                 f"{time.process_time() - began:6.0f} s",
                 flush=True,
             )
@@ -190,9 +192,10 @@ def main() -> None:
     ways = parser.add_subparsers(dest="way", required=True)
     one = ways.add_parser("clone", help="learn from a dataset of games")
     one.add_argument("data", type=Path, help="folder of `curling record-games`")
-    other = ways.add_parser("play", help="go on by playing")
+    other = ways.add_parser("play", help="continue by playing")
     other.add_argument("--start", type=Path, help="a network, such as one of `clone`")
     other.add_argument("--deliveries", type=int, default=80_000)
+    other.add_argument("--keep", action="store_true", help="keep what is written on the way")
     for way in (one, other):
         way.add_argument("-o", "--output", type=Path, required=True, help="file of the network")
     given = parser.parse_args()
@@ -201,7 +204,7 @@ def main() -> None:
         if given.way == "clone":
             learn_from(given.data, given.output)
         else:
-            play(given.start, given.output, given.deliveries)
+            play(given.start, given.output, given.deliveries, keep=given.keep)
     except CurlingError as error:
         parser.exit(2, f"learn_ends: {error}\n")
 

@@ -32,11 +32,11 @@ CAUSES = ("weight", "line", "rotation", "ice")
 
 @dataclass(frozen=True, kw_only=True)
 class Athlete:
-    """An athlete's bias and spread at the release.
+    """Bias and spread of an athlete at the release.
 
     Parameters
     ----------
-    name : in the notes
+    name : name in the notes
     bias : (3,) of speed [m/s], angle [rad], spin [rad/s]
     spread : (3,) standard deviations about the bias
     spin : usual spin, without sign [rad/s]
@@ -118,7 +118,7 @@ def evening(
     ) * rng.standard_normal((count, 3))
     thrown = intended.copy()
     thrown[:, :2] += errors[:, :2]
-    thrown[:, 2] += handles * errors[:, 2]  # more turns, whatever the handle
+    thrown[:, 2] += handles * errors[:, 2]  # more turns, for both handles
     names = sorted(stones) if stones else [0]
     numbers = np.array([names[(k // len(athletes)) % len(names)] for k in range(count)])
     factors = np.array([(stones or {0: (1.0, 1.0)})[k] for k in numbers.tolist()])
@@ -185,7 +185,8 @@ def true_parts(
 
 
 def filmed(rng: np.random.Generator, states: Floats, *, throw: int, stone: int) -> Trajectory:
-    """The track of a throw as film gives it: noise, errors that last, and a hand before the line.
+    """Return the track of a throw as from film: with white and correlated errors, and a hand before
+    the line.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ POINT_STONE = Stone(band_radius=0.0)
 
 @dataclass(frozen=True, kw_only=True)
 class TrueIce:
-    """Ice by its formulas.
+    """Ice defined by formulas.
 
     Parameters
     ----------
@@ -77,13 +77,13 @@ class TrueIce:
         sigma: float = 0.0,
         curl_sigma: float = 0.0,
     ) -> Ice:
-        """The ice file that a session on this ice would give.
+        """Return the ice file that a session on this ice would give.
 
         Parameters
         ----------
         rng : source of its errors; None for none
         sigma : standard error of ln μ, correlated over two metres as assumed for ice files
-        curl_sigma : standard error of the curl, in parts of it
+        curl_sigma : relative standard error of the curl
         """
         sheet = replace(PAPER_SHEET, cell_size=0.5)
         x, y = np.meshgrid(sheet.x_centres, sheet.y_centres)

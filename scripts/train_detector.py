@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import json
 import shutil
+import warnings
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -21,10 +22,8 @@ from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
-import onnx
 import torch
 from learn.rink_patches import MAX_STONES, PATCH_PX, draw_patch
-from onnx import TensorProto, helper, numpy_helper
 from torch import nn
 from torch.nn import functional
 from tqdm import tqdm
@@ -173,57 +172,13 @@ def _loss(out: torch.Tensor, spots: torch.Tensor, people: torch.Tensor) -> torch
 
 def write_onnx(network: StoneNetwork, path: Path) -> None:
     """Write a network as ONNX, with its normalisations folded into the convolutions."""
-    nodes, weights = [], []
-
-    def constant(name: str, value: np.ndarray) -> str:
-        weights.append(numpy_helper.from_array(value, name))
-        return name
-
-    def node(kind: str, inputs: list[str], output: str, **attributes: Any) -> str:
-        nodes.append(helper.make_node(kind, inputs, [output], **attributes))
-        return output
-
-    def convolve(x: str, name: str, weight: torch.Tensor, bias: Any) -> str:
-        size = weight.shape[-1]
-        pads = [size // 2] * 4
-        inputs = [x]
-        for part, value in (("weight", weight), ("bias", bias)):
-            inputs.append(constant(f"{name}.{part}", value.detach().float().numpy().copy()))
-        return node("Conv", inputs, name, kernel_shape=[size, size], pads=pads)
-
-    def block(x: str, name: str, layers: Any) -> str:
-        for k in (0, 3):
-            convolution: Any = layers[k]
-            norm: Any = layers[k + 1]
-            scale = norm.weight / torch.sqrt(norm.running_var + norm.eps)
-            weight = convolution.weight * scale[:, None, None, None]
-            x = convolve(x, f"{name}.{k}", weight, norm.bias - norm.running_mean * scale)
-            x = node("Relu", [x], f"{name}.{k}.relu")
-        return x
-
-    x, levels = "picture", []
-    for depth, layers in enumerate(network.down):
-        if depth:
-            x = node("MaxPool", [x], f"pool{depth}", kernel_shape=[2, 2], strides=[2, 2])
-        x = block(x, f"down{depth}", layers)
-        levels.append(x)
-    twice = constant("twice", np.array([1, 1, 2, 2], np.float32))
-    for depth, (layers, level) in enumerate(zip(network.up, (levels[2], levels[1]), strict=True)):
-        how = {
-            "mode": "nearest",
-            "coordinate_transformation_mode": "asymmetric",
-            "nearest_mode": "floor",
-        }
-        x = node("Resize", [x, "", twice], f"larger{depth}", **how)
-        x = block(node("Concat", [x, level], f"joined{depth}", axis=1), f"up{depth}", layers)
-    x = convolve(x, "logits", network.head.weight, network.head.bias)
-    picture = helper.make_tensor_value_info("picture", TensorProto.FLOAT, [1, 3, "H", "W"])
-    logits = helper.make_tensor_value_info(x, TensorProto.FLOAT, [1, 2, "h", "w"])
-    graph = helper.make_graph(nodes, "stones", [picture], [logits], weights)
-    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 13)])
-    model.ir_version = 8
-    onnx.checker.check_model(model)
-    onnx.save(model, path)
+    free = {"picture": {2: "H", 3: "W"}, "logits": {2: "h", 3: "w"}}
+    empty = torch.zeros(1, 3, PATCH_PX, PATCH_PX)
+    with warnings.catch_warnings(action="ignore"):  # the newer exporter needs onnxscript
+        torch.onnx.export(
+            network, (empty,), path, input_names=["picture"], output_names=["logits"],
+            dynamic_axes=free, opset_version=13, dynamo=False,
+        )  # fmt: skip
 
 
 def try_out(detector: Detector, patches: dict[str, np.ndarray]) -> dict[str, float]:

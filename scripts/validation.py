@@ -128,15 +128,15 @@ def doubles_rows(shots: Path, hands: str, ends: int) -> tuple[Row, ...]:
     """
     from agents.shots.grades import held_out_score
     from agents.shots.table import read_shots
-    from agents.shots.world import EndsBeside, played_ends, real_ends
+    from agents.shots.world import EndsComparison, played_ends, real_ends
     from curling_env.game.skill_file import load_skill
 
     table = read_shots(shots)
 
     @cache
-    def beside() -> EndsBeside:
+    def beside() -> EndsComparison:
         played = played_ends(load_skill(hands), ends=ends)
-        return EndsBeside(real=real_ends(table), played=played)
+        return EndsComparison(real=real_ends(table), played=played)
 
     def worst_grade(_: Shots) -> float:
         held = held_out_score(table.games)

@@ -34,6 +34,6 @@ __getattr__, __dir__ = lazy_names(
         "sheet.throws": ("planned", "run"),
         "take_in": ("is_in",),
         "work.queue": ("WorkQueue",),
-        "work.jobs": ("do_job",),
+        "work.jobs": ("cancel", "do_job", "jobs", "submit"),
     },
 )

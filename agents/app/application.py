@@ -40,7 +40,7 @@ def application(
     Parameters
     ----------
     club : its folder
-    work : its long work
+    work : runs its long work
     secret : the first part of every address on this machine
     hosts : names, without a port, by which this machine's browsers call it
     """
@@ -59,7 +59,7 @@ def application(
             Exception: _internal_error,
         },
     )
-    app.state.club, app.state.work, app.state.screens = club, work, SCREENS
+    app.state.club, app.state.closed, app.state.screens = club, work.closed, SCREENS
     own = Door(secret, frozenset(host.lower() for host in hosts), is_own=True)
     app.state.sharing = Sharing(club, own)
     app.state.sharing.app = gate = Gate(app, app.state.sharing)
@@ -100,7 +100,7 @@ async def _internal_error(request: Request, error: Exception) -> Response:
     """Report an internal error as such, and keep serving."""
     if os.environ.get(TRACEBACK):
         traceback.print_exception(error)
-    result = "Internal error of this program."
+    result = "Internal error of the app; your entries are kept."
     return _problem(request, f"{result} ({type(error).__name__}: {str(error)[:200]})", 500)
 
 

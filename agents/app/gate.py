@@ -98,7 +98,9 @@ class Gate:
         own = {f"{name}:{port}" for door in doors for name in door.hosts}
         origin, host = headers.get("Origin"), headers.get("Host", "").lower()
         if host not in own:
-            raise HTTPException(403, "This server does not go by that name.")
+            raise HTTPException(
+                403, "Unknown host name in the address. Open the address that the program printed."
+            )
         if origin is not None and origin.lower().removeprefix("http://") not in own:
             raise HTTPException(403, "Requests from other pages are refused.")
         first, *rest = [*scope["path"].split("/"), ""][1:]
@@ -110,16 +112,18 @@ class Gate:
         door = scope["door"] = fitting[0]
         secret = door.secret
         if any(part.isdecimal() and len(part) > MAX_DIGITS for part in scope["path"].split("/")):
-            raise HTTPException(404, "There is no such number.")
+            raise HTTPException(404, "Page not found: the number in the address is too long.")
         scope["root_path"] = f"/{secret}"
         if scope["method"] in READING:
             return receive
         if not (door.may_write or "/".join(rest).rstrip("/") in ANSWERED):
-            raise HTTPException(403, "This link is for reading; it changes nothing.")
+            raise HTTPException(
+                403, "This link is read-only. Open the link for coaches to make changes."
+            )
         most = MAX_PIECE if scope["method"] == "PUT" else MAX_BODY
         length = headers.get("Content-Length", "0")
         if not (length.isascii() and length.isdecimal()) or int(length[:15]) > most:
-            raise HTTPException(413, f"A request has at most {most} bytes.")
+            raise HTTPException(413, f"The request is too long: expected at most {most} bytes.")
         body, receive = await _read(receive, most)
         token = token_for(secret)
         # A page that another part of the project wrote has the token in its address.
@@ -128,7 +132,9 @@ class Gate:
             fields = parse_qs(body.decode("utf-8", "replace"), max_num_fields=1000)
             known = _same(fields.get(TOKEN_FIELD, [""])[0], token)
         if not known:
-            raise HTTPException(403, "This form is not one of ours. Open the page again.")
+            raise HTTPException(
+                403, "The form has no valid token. Reload the page and send it again."
+            )
         return receive
 
 
@@ -150,7 +156,7 @@ async def _read(receive: Receive, most: int) -> tuple[bytes, Receive]:
             break
         body += message.get("body", b"")
         if len(body) > most:
-            raise HTTPException(413, f"A request has at most {most} bytes.")
+            raise HTTPException(413, f"The request is too long: expected at most {most} bytes.")
         more = message.get("more_body", False)
 
     async def again() -> Message:

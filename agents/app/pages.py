@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import parse_qsl
 
 from starlette.exceptions import HTTPException
@@ -12,15 +12,11 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from agents.app.club import Club, Session
+from agents.app.club import Club, Film, Session
 from agents.app.gate import token_for
 from agents.app.rendering import rendered
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.reading import parse_json
-
-if TYPE_CHECKING:
-    from agents.app.work.queue import WorkQueue
-
 
 MAX_FIELDS = 200
 """Fields of a form."""
@@ -29,11 +25,6 @@ MAX_FIELDS = 200
 def club_of(request: Request) -> Club:
     """The club whose app this is."""
     return request.app.state.club
-
-
-def work_of(request: Request) -> WorkQueue:
-    """The long work of the club."""
-    return request.app.state.work
 
 
 def at(request: Request, path: str) -> str:
@@ -51,7 +42,7 @@ def session_of(request: Request) -> Session | None:
 
     Raises
     ------
-    HTTPException : 404, the address names one that there is not
+    HTTPException : 404, the address names one that does not exist
     """
     club = club_of(request)
     number = request.path_params.get("session")
@@ -59,8 +50,24 @@ def session_of(request: Request) -> Session | None:
         return next(iter(club.sessions()), None)
     found = club.session(number)
     if found is None:
-        raise HTTPException(404, "There is no such session.")
+        raise HTTPException(
+            404, f"Session {number} does not exist or was removed; choose another one."
+        )
     return found
+
+
+def film_of(request: Request) -> tuple[Film, Session]:
+    """Return the film that the address names, and its session.
+
+    Raises
+    ------
+    HTTPException : 404, the address names one that does not exist
+    """
+    film = club_of(request).film(request.path_params["film"])
+    session = None if film is None else club_of(request).session(film.session_id)
+    if film is None or session is None:
+        raise HTTPException(404, "That film does not exist or was removed.")
+    return film, session
 
 
 def page(
@@ -110,6 +117,19 @@ async def form_of(request: Request) -> dict[str, str]:
     return {name: value.strip() for name, value in fields}
 
 
+def text_in(form: Mapping[str, str], name: str, most: int) -> str:
+    """A text of a form; empty where the form lacks it.
+
+    Raises
+    ------
+    InputError : more than `most` letters
+    """
+    text = form.get(name, "")
+    if len(text) > most:
+        raise InputError(f"has {len(text)} letters; expected at most {most}", source=name)
+    return text
+
+
 async def document_of(request: Request) -> dict[str, Any]:
     """The JSON object that a script sent.
 
@@ -131,7 +151,7 @@ def number_in(text: str, what: str) -> int:
     InputError : it is none
     """
     if not (text.isascii() and text.isdecimal() and len(text) < 18):
-        raise InputError(f"expected the number of {what}")
+        raise InputError(f"expected the number of {what}, not {text[:20]!r}")
     return int(text)
 
 

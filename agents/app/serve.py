@@ -56,11 +56,9 @@ def serve(
         from agents.app.application import application
         from agents.app.club.films import settle_films
         from agents.app.club.session_files import finish_files
-        from agents.app.work.jobs import measure_all
         from agents.app.work.queue import WorkQueue
 
         settle_films(club)
-        measure_all(club)
         finish_files(club)
         begin()
         with WorkQueue(club) as work:

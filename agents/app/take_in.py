@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 
 from agents.app.club import Camera, Club, Film, Session
 from agents.app.club.club import ICE, TRACKS, named_row, plain
-from agents.app.club.films import added_film, film_in
+from agents.app.club.films import added_film, film_in, marks_of
 from agents.app.club.records import Hand, State
 from agents.app.club.session_files import Part, finish_files, note_change, save_part, write_files
 from agents.app.work.jobs import submit
@@ -109,8 +109,7 @@ def begin_from(club: Club, folder: Path, *, name: str, day: str, sheet: str) -> 
     """
     look_through(folder)
     session = club.add_session(name, day, sheet, None)
-    query = "insert or replace into setting values (?, ?)"
-    club.database.write(query, _mark(folder), str(session.id))
+    club.keep_setting(_mark(folder), str(session.id))
     return session
 
 
@@ -153,12 +152,8 @@ def fill_from(club: Club, session: Session, folder: Path) -> Session:
 
 def is_in(club: Club, folder: Path) -> bool:
     """Return whether a folder's tracks were imported before, into a session that still exists."""
-    with club.database.reading() as connection:
-        query = (
-            "select 1 from setting join session on cast(session.id as text) = setting.value "
-            "where setting.name = ? and session.removed is null"
-        )
-        return connection.execute(query, (_mark(folder),)).fetchone() is not None
+    session = club.setting(_mark(folder))
+    return bool(session) and club.session(int(session)) is not None
 
 
 def _mark(folder: Path) -> str:
@@ -175,12 +170,13 @@ def add_film(club: Club, session: Session, path: Path, *, clock: float | None = 
         with atomic_path(target) as draft:
             shutil.copyfile(path, draft)
     size, file = target.stat().st_size, club.name_of(target)
+    marks = marks_of(club, club.camera(session.camera_id))
     with club.database.writing() as connection:
         known = film_in(connection, session, file=file)
         if known is not None:
             return known
-        state = {"state": State.DONE, "clock": clock}
-        return added_film(connection, session, path.name, size, file=file, received=size, **state)
+        about = {"state": State.DONE, "clock": clock, "marks": marks}
+        return added_film(connection, session, path.name, size, file=file, received=size, **about)
 
 
 def _camera(club: Club, scene: Path) -> Camera:

@@ -1,10 +1,10 @@
-"""Ten fixed tasks with fixed seeds, so that results of different people can be compared.
+"""Ten fixed tasks with fixed seeds, for comparable results.
 
-- `tasks`: what is asked for, on which ices, and how it is measured
+- `tasks`: the aim, the ices and the metric of each task
 - `contestants`: the contestants: players, the planner, trained models, functions
 - `scores`: the measurement, with an interval
 - `rows`: a row as one JSON file, which is checked
-- `ices`: the hundred ices, as a file that is checked
+- `ices`: the hundred ices, as a file with a checked digest
 - `datasets`: offline datasets of the tasks, in tiers
 """
 

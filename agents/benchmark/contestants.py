@@ -1,4 +1,4 @@
-"""Contestants: a player by name, the planner, chance, a trained model, or a function."""
+"""Contestants: a player by name, the planner, random actions, a trained model, or a function."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from curling_env.infrastructure.plugins import load_plugin
 from curling_env.sheet import to_sheet
 
 Contestant = Callable[[Any, Any], Any]
-"""The action, given the environment (unwrapped) and its observation."""
+"""Function from the environment (unwrapped) and its observation to the action."""
 
 
 def contestant(given: Any) -> Contestant:
-    """Return the contestant that is given by name, file or object.
+    """Return the contestant of a name, file or object.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def _names() -> list[str]:
 
 
 def _random(env: Any, observation: Any) -> Any:
-    # From the environment's own generator, so that the episode's seed decides.
+    # From the environment's own generator, so that the action follows from the episode's seed.
     return env.np_random.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32)
 
 
@@ -105,8 +105,8 @@ CONSTANTS = {
     "freeze": (-0.096, 0.188, 0.07),
     "ends": (-0.689, 0.448, -0.703),
 }
-"""The best action that is always the same, by the task of single throws or for ends, as
-`scripts/baselines.py constants` finds it."""
+"""The best constant action, for each task of single throws and for ends, from `scripts/baselines.py
+constants`."""
 
 
 def _constant(env: Any, observation: Any) -> Any:
@@ -128,7 +128,7 @@ def _planned(env: Any, observation: Any) -> Any:
 
 
 def _policy(given: Any) -> Contestant:
-    """A policy: in ends it plays as it would in games, with masks and memory."""
+    """Return a policy as a contestant; in ends with masks and memory, as in games."""
     policy, player = Policy(given), _player(GamePolicy(given))
 
     def act(env: Any, observation: Any) -> Any:
@@ -149,7 +149,7 @@ def _player(player: Player) -> Contestant:
 
 
 def _trained(policy: TrainedPolicy) -> Contestant:
-    """A policy that has learnt to throw; its range of throws may be another than the task's."""
+    """Return a trained policy of throws; its range of throws may differ from the task's."""
 
     def throw(env: Any, observation: Any) -> Any:
         if not isinstance(env, CurlingSheetEnv):
@@ -161,7 +161,7 @@ def _trained(policy: TrainedPolicy) -> Contestant:
 
 
 def _learned() -> Contestant:
-    """The package's own models, each for what it has learnt."""
+    """Return the package's own models, each for its task."""
     ready: dict[str, Contestant] = {}
 
     def call(env: Any, observation: Any) -> Any:

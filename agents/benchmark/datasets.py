@@ -20,7 +20,7 @@ from curling_env.typing import Progress, no_progress
 
 Tier = Literal["random", "medium", "expert"]
 TIERS: tuple[Tier, ...] = get_args(Tier)
-"""Random actions; each delivery by the expert or at random, evenly; the expert's."""
+"""Tiers: random actions; expert or random with equal probability; the expert's actions."""
 FIRST_SEED = 10_000_000
 """Seed of the first episode: neither the benchmark's nor those of trainings."""
 
@@ -36,7 +36,7 @@ def record_tier(
 ) -> Path:
     """Write a dataset of a task: ``curling/TASK-TIER-v0``, or ``curling/TASK-shots-TIER-v0``.
 
-    The expert is `learned` where a model of the package has learnt the task, else the planner.
+    The expert is `learned` if a model of the package was trained for the task, else the planner.
     Single throws are on ices that are drawn from the benchmark's distribution. The reference scores
     are the returns of random actions and of the task's reference.
 
@@ -55,7 +55,7 @@ def record_tier(
 
     Raises
     ------
-    InputError : an unknown task or tier, shots in single throws, or a dataset lies there already
+    InputError : an unknown task or tier, shots in single throws, or an existing dataset
     ModuleNotFoundError : Minari is not installed
     """
     about = task_of(task)
@@ -75,7 +75,9 @@ def record_tier(
 
 
 def practice_options(task: BenchmarkTask) -> dict[str, Any]:
-    """Options of a task's environment with other ices of the same distribution, to learn in."""
+    """Return options of a task's environment with other ices of the same distribution, for
+    training.
+    """
     options = dict(task.options)
     if "ices" in options:
         knows = options["ices"].rpartition(":")[2].lower()
@@ -109,7 +111,7 @@ def tier_episodes(
     first_seed: int = FIRST_SEED,
     progress: Progress = no_progress,
 ) -> Iterator[dict[str, Any]]:
-    """Play the episodes of a tier; the fields of Minari's `EpisodeBuffer`.
+    """Play the episodes of a tier, and yield the fields of Minari's `EpisodeBuffer`.
 
     Parameters
     ----------
@@ -137,11 +139,11 @@ def tier_episodes(
 
 
 Act = Callable[[Any, Any, dict[str, Any]], Any]
-"""The action, given the environment (unwrapped), its observation and its `info`."""
+"""Function from the environment (unwrapped), its observation and its `info` to the action."""
 
 
 def expert_of(task: str) -> str:
-    """Return the expert at a task: `learned` where a model has learnt it, else `planner`."""
+    """Return the expert at a task: `learned` if a model was trained for it, else `planner`."""
     return "learned" if can_do("learned", task_of(task)) else "planner"
 
 

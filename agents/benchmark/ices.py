@@ -1,7 +1,7 @@
-"""The hundred ices of the benchmark, as a file that is checked when it is read.
+"""The hundred ices of the benchmark, as a file whose digest is checked when it is read.
 
 They were drawn once from `RandomIces`, so that they are the same with every linear algebra
-library. `MAP`, `MEAN` and `NOTHING` draw from them, and define what is known of each:
+library. `MAP`, `MEAN` and `NOTHING` draw from them, and define the agent's knowledge of each:
 ``ices="agents.benchmark.ices:MAP"``.
 """
 
@@ -28,11 +28,11 @@ DISTRIBUTION = RandomIces(level=0.06, areas=0.04, curl=0.1, error=0.015)
 """Distribution of the ices; training may draw others from it."""
 COUNT, SEED = 100, 20261127
 STEP = 1e-4
-"""Step in which ln μ is kept."""
+"""Resolution of the stored ln μ."""
 
 
 class BenchmarkIces:
-    """The ices, of which every episode takes one.
+    """The ices, one of which every episode draws.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class BenchmarkIces:
         ]
 
     def draw(self, rng: np.random.Generator) -> IcePair:
-        """One of them, and what is known of it."""
+        """Draw one of them, with the agent's knowledge of it."""
         return self._pairs[int(rng.integers(COUNT))]
 
 
@@ -58,7 +58,7 @@ MAP, MEAN, NOTHING = (BenchmarkIces(knows) for knows in ("map", "mean", "nothing
 
 
 def read_ices() -> DrawnIces:
-    """The ices of the file, and the estimates of their maps.
+    """Read the ices of the file, and the estimates of their maps.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def read_ices() -> DrawnIces:
 
 
 def ices_file() -> bytes:
-    """The content of the file, from ices that are drawn again."""
+    """Draw the ices again, and return the content of the file."""
     drawn = DISTRIBUTION.draw_many([np.random.default_rng((SEED, k)) for k in range(COUNT)])
     base: Floats = DISTRIBUTION.family.base.friction.mu
     logs = np.log([drawn.ices.mu / base, drawn.estimated / drawn.ices.mu])

@@ -1,4 +1,4 @@
-"""A row of the benchmark as one JSON file: whose it is, and what counted in every episode."""
+"""Row of the benchmark as one JSON file: the policy, and the metric of every episode."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from curling_env.typing import Floats
 
 ROW_FORMAT = FileFormat(name="curling-benchmark/1", what="a row of the benchmark")
 LEAST_EPISODES = 100
-"""Number of episodes of each run that a published row needs; all tasks and runs have the same."""
+"""Minimum number of episodes of each run in a published row; the same for all tasks and runs."""
 LEAST_RUNS = 5
-"""Number of trainings, of different seeds, that a published row of a learner needs."""
+"""Minimum number of trainings with different seeds in a published row of a learner."""
 Values = Annotated[list[float], msgspec.Meta(min_length=2, max_length=10**6)]
 
 
@@ -92,7 +92,7 @@ def write_row(
     method: str = "",
     link: str = "",
 ) -> None:
-    """Write a row of what `played` returned, run by run, for each task."""
+    """Write a row from the results of `played`, run by run, for each task."""
     each = [{"task": name, "runs": [one.tolist() for one in runs]} for name, runs in scores.items()]
     head: dict[str, Any] = {"format": ROW_FORMAT.name, "version": VERSION, "policy": policy}
     learnt = any(len(runs) > 1 for runs in scores.values())
@@ -100,13 +100,13 @@ def write_row(
 
 
 def scores_of(row: RowDocument) -> list[Score]:
-    """The scores of a row, in the order of the tasks."""
+    """Return the scores of a row, in the order of the tasks."""
     runs = {score.task: np.array(score.runs) for score in row.scores}
     return [score_of(TASKS[name], runs[name]) for name in TASKS if name in runs]
 
 
 def shortcomings(row: RowDocument) -> list[str]:
-    """Reasons why a row cannot stand in the published table, in words."""
+    """List the reasons why a row cannot be published, in words."""
     found: list[str] = []
     headline = {name for name, task in TASKS.items() if task.headline}
     counts = {len(run) for score in row.scores for run in score.runs}
@@ -122,13 +122,14 @@ def shortcomings(row: RowDocument) -> list[str]:
 
 
 def normalised(task: BenchmarkTask, values: Floats) -> Floats:
-    """Values on the scale on which random actions score 0 and the task's reference 1."""
+    """Normalise values: random actions score 0 and the task's reference 1."""
     low, high = task.references
     return (values - low) / (high - low)
 
 
 def aggregate(row: RowDocument) -> tuple[float, float, float]:
-    """Interquartile mean over tasks and runs of the normalised scores, and its 95 % interval.
+    """Return the interquartile mean over tasks and runs of the normalised scores, and its 95 %
+    interval.
 
     The interval is a stratified bootstrap: runs are resampled within each task, and episodes within
     each run (Agarwal et al. 2021).

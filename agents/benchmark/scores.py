@@ -1,4 +1,4 @@
-"""Measuring: the mean over the episodes of a task, and how sure it is."""
+"""Measurement of a policy: the mean over the episodes of a task, with its interval."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from curling_env.errors import InputError
 from curling_env.typing import Floats, Progress, no_progress
 
 TRIMMED = 0.25
-"""Share of the runs that the interquartile mean leaves out at either end."""
+"""Share of the runs that the interquartile mean drops at either end."""
 RESAMPLES = 2000
-"""Resampled sets of episodes for an interval."""
+"""Number of resampled sets of episodes for an interval."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +48,7 @@ class Score:
     version: int = VERSION
 
     def in_words(self) -> str:
-        """The score with its interval."""
+        """Return the score with its interval."""
         if self.metric == "success":
             return f"{100 * self.mean:.0f} % ({100 * self.low:.0f}–{100 * self.high:.0f})"
         unit = " m" if self.metric == "distance_m" else ""
@@ -57,7 +57,7 @@ class Score:
 
 @dataclass(frozen=True, kw_only=True)
 class Difference:
-    """Score of one contestant less that of another in the same episodes.
+    """Score of one contestant minus that of another in the same episodes.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Difference:
     episodes: int
 
     def in_words(self) -> str:
-        """The difference with its interval."""
+        """Return the difference with its interval."""
         return f"{self.mean:+.2f} ({self.low:+.2f} to {self.high:+.2f})"
 
 
@@ -128,7 +128,7 @@ def played(
 
 
 def score_of(task: BenchmarkTask, values: Floats, rewards: Floats | None = None) -> Score:
-    """Return the score of a contestant that has `played` a task.
+    """Return the score of a contestant from a task that was `played`.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def score_of(task: BenchmarkTask, values: Floats, rewards: Floats | None = None)
 
 
 def resampled_runs(values: Floats) -> Floats:
-    """Means of resampled runs, (resamples, runs), of values (runs, episodes).
+    """Return means of resampled runs, (resamples, runs), of values (runs, episodes).
 
     Runs are drawn with replacement, and episodes within each.
     """
@@ -166,13 +166,13 @@ def resampled_runs(values: Floats) -> Floats:
 
 
 def interval_of(means: Floats) -> tuple[float, float]:
-    """The 95 % interval of the interquartile mean of resampled means (resamples, runs)."""
+    """Return the 95 % interval of the interquartile mean of resampled means (resamples, runs)."""
     low, high = np.quantile(trim_mean(means, TRIMMED, axis=1), [0.025, 0.975])
     return float(low), float(high)
 
 
 def difference_of(own: Sequence[Floats], others: Sequence[Floats]) -> Difference:
-    """By how much one scores more than another.
+    """Return the difference of two scores.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def difference_of(own: Sequence[Floats], others: Sequence[Floats]) -> Difference
 
 
 class Played(NamedTuple):
-    """A task that was played.
+    """Results of a played task.
 
     Parameters
     ----------
@@ -200,18 +200,18 @@ class Played(NamedTuple):
 
     @property
     def score(self) -> Score:
-        """The score, without whom it is compared with."""
+        """Score, without a comparison."""
         own = slice(None) if self.against is None else slice(1)
         return score_of(self.task, np.array(self.values[own]), np.array(self.rewards[own]))
 
     @property
     def difference(self) -> Difference:
-        """By how much the first scores more than the second."""
+        """Difference of the first score and the second."""
         own, other = self.values
         return difference_of([own], [other])
 
     def line(self) -> str:
-        """The score and what was asked for, or the difference, in a line."""
+        """Return the score with the task, or the difference, in a line."""
         remark = self.task.asks
         if self.against is not None:
             remark = f"{self.difference.in_words():28} more than {self.against}"
@@ -226,7 +226,7 @@ def _value(task: BenchmarkTask, info: dict[str, Any]) -> float:
 
 
 def _interval(values: Floats) -> tuple[float, float]:
-    """The interval of the mean of values (tasks, episodes)."""
+    """Return the interval of the mean of values (tasks, episodes)."""
     rng = np.random.default_rng(0)
     means = [rng.choice(each, (RESAMPLES, len(each))).mean(axis=1) for each in values]
     low, high = np.quantile(np.mean(means, axis=0), [0.025, 0.975])

@@ -19,10 +19,10 @@ from curling_env.errors import InputError
 VERSION = 1
 """Version of the benchmark: scores of different versions cannot be compared."""
 FIRST_SEED = 1_000_000
-"""Seed of the first episode; the others count up. Train with smaller seeds."""
+"""Seed of the first episode; later ones count up. Train with smaller seeds."""
 
 ICES = "agents.benchmark.ices"
-"""Module of the ices; `MAP`, `MEAN` and `NOTHING` of it say what is known of each."""
+"""Module of the ices; its `MAP`, `MEAN` and `NOTHING` define the agent's knowledge of each."""
 
 Metric = Literal["distance_m", "success", "points"]
 
@@ -58,13 +58,15 @@ class BenchmarkTask:
 
 
 def _sheet(name: str, asks: str, metric: Metric = "success", **options: Any) -> BenchmarkTask:
-    """A task of one throw by a club player on ices that are known by an estimated map."""
+    """Return a task of one throw by a club player on ices with a known estimated map."""
     settings = {"ices": f"{ICES}:MAP", "skill": "club", "target": "random", **options}
     return BenchmarkTask(name=name, asks=asks, options=settings, metric=metric)
 
 
 def _end(opponent: str) -> BenchmarkTask:
-    """An end against a player, on championship ice, with the hammer in half of the ends."""
+    """Return a task of an end against a player, on championship ice, with the hammer in half of the
+    ends.
+    """
     return BenchmarkTask(
         name=f"end-{opponent}",
         asks=f"an end against `{opponent}`, both teams elite",
@@ -105,8 +107,8 @@ _ALL = (
     ),
     replace(_end("draw"), headline=False),
 )
-# About what the planner earns in single throws (ten episodes of each), and in ends as much as
-# `search` against `greedy`, and no less than the opponent itself.
+# About the planner's reward in single throws (ten episodes of each), and in ends that of `search`
+# against `greedy`, and at least that of the opponent itself.
 _THRESHOLDS = {
     "draw": 0.0,
     "draw-mean": -0.1,
@@ -146,12 +148,12 @@ TASKS = {
     )
     for task in _ALL
 }
-"""The tasks by name: those that count, and two for practice, where drawing to the button wins as
-much as playing by the stones."""
+"""The tasks by name: the scored ones, and two for practice, in which drawing to the button scores
+as much as reacting to the stones."""
 
 
 def task_of(name: str) -> BenchmarkTask:
-    """The task of that name.
+    """Return the task of that name.
 
     Raises
     ------
@@ -165,7 +167,7 @@ def task_of(name: str) -> BenchmarkTask:
 
 
 def make(name: str, **options: Any) -> gymnasium.Env[Any, Any]:
-    """The environment of a task; its specification has the task's `reward_threshold`.
+    """Make the environment of a task; its specification has the task's `reward_threshold`.
 
     Parameters
     ----------

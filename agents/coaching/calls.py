@@ -394,37 +394,35 @@ class _Words:
         self._rest = pattern.sub(" ", self._rest)
         return found
 
-    def _broom(self) -> float | None:
-        found = self._take(_BROOM)
+    def _one(self, pattern: re.Pattern[str], what: str) -> re.Match[str] | None:
+        found = self._take(pattern)
         if len(found) > 1:
-            raise _twice("a broom")
-        if not found:
+            raise _twice(what)
+        return found[0] if found else None
+
+    def _broom(self) -> float | None:
+        found = self._one(_BROOM, "a broom")
+        if found is None:
             return None
-        number, unit, where = found[0].groups()
+        number, unit, where = found.groups()
         return _metres(number or "0", unit) * (-1.0 if where == "left" else 1.0)
 
     def _ice(self) -> float | None:
-        found = self._take(_ICE)
-        if len(found) > 1:
-            raise _twice("the ice")
-        if not found:
+        found = self._one(_ICE, "the ice")
+        if found is None:
             return None
-        first, first_unit, second, second_unit = found[0].groups()
+        first, first_unit, second, second_unit = found.groups()
         return _metres(first or second, first_unit or second_unit)
 
     def _split(self) -> float | None:
-        found = self._take(_SPLIT)
-        if len(found) > 1:
-            raise _twice("a split")
-        return float(found[0][1] or found[0][2]) if found else None
+        found = self._one(_SPLIT, "a split")
+        return None if found is None else float(found[1] or found[2])
 
     def _pair(self) -> tuple[float, float] | None:
-        found = self._take(_PAIR)
-        if len(found) > 1:
-            raise _twice("a place")
-        if not found:
+        found = self._one(_PAIR, "a place")
+        if found is None:
             return None
-        x, x_unit, y, y_unit = found[0].groups()
+        x, x_unit, y, y_unit = found.groups()
         # In "2,-4 ft" both numbers are feet.
         return _metres(x, x_unit or y_unit), _metres(y, y_unit or x_unit)
 
@@ -443,18 +441,13 @@ class _Words:
         return right or 0.0, past or 0.0
 
     def _number(self, pattern: re.Pattern[str]) -> float | None:
-        found = self._take(pattern)
-        if len(found) > 1:
-            raise _twice("a number")
-        return float(found[0].group(1)) if found else None
+        found = self._one(pattern, "a number")
+        return None if found is None else float(found[1])
 
     def _named_place(self) -> tuple[tuple[float, float] | None, list[Shot]]:
         """Return a named place, and the shot that its name implies."""
         for name in sorted(PLACES, key=len, reverse=True):
-            found = self._take(re.compile(rf"(?<![\w-]){name}(?![\w-])"))
-            if len(found) > 1:
-                raise _twice("a place")
-            if found:
+            if self._one(re.compile(rf"(?<![\w-]){name}(?![\w-])"), "a place"):
                 return PLACES[name], ["guard"] if name.endswith("guard") else []
         return None, []
 

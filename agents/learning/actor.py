@@ -112,11 +112,11 @@ def actor_of(weights: Mapping[str, Any], settings: TrainingSettings, size: int) 
     units = settings.policy_kwargs.get("net_arch")
     sizes = [size, *(len(b) for _, b in layers)]
     if [w.shape[1] for w, _ in layers] != sizes[:-1] or sizes[-1] != 3:
-        raise ValueError("layers that do not follow each other")
+        raise ValueError("the sizes of its layers do not fit each other")
     if units is not None and sizes[1:-1] != list(units):
-        raise ValueError("other layers than the settings have")
+        raise ValueError("its layers differ from its settings")
     if any(w.shape != (len(b), w.shape[1]) for w, b in layers):
-        raise ValueError("a layer's offset does not fit it")
+        raise ValueError("the bias of a layer has another size")
     centre = scale = None
     if settings.normalize:
         where = "" if settings.algorithm == "ppo" else "actor."
@@ -124,7 +124,7 @@ def actor_of(weights: Mapping[str, Any], settings: TrainingSettings, size: int) 
             _array(weights, f"{where}features_extractor.{name}") for name in ("centre", "scale")
         )
         if centre.shape != (size,) or scale.shape != (size,):
-            raise ValueError("a normaliser of another size")
+            raise ValueError("its normaliser has another size")
     log_deviation: Floats | Layer | None = None
     if settings.algorithm == "ppo":
         log_deviation = _array(weights, "log_std").reshape(3)
@@ -144,7 +144,7 @@ def actor_of(weights: Mapping[str, Any], settings: TrainingSettings, size: int) 
 def _layer(weights: Mapping[str, Any], name: str) -> Layer:
     matrix, offset = _array(weights, f"{name}.weight"), _array(weights, f"{name}.bias")
     if matrix.ndim != 2 or offset.ndim != 1:
-        raise ValueError(f"{name} is no layer")
+        raise ValueError(f"{name} is not a layer")
     return matrix, offset
 
 

@@ -81,7 +81,7 @@ def check_finite(value: Any, source: str | Path) -> None:
         for item in value:
             check_finite(item, source)
     elif isinstance(value, np.ndarray) and value.dtype.kind == "f" and not np.isfinite(value).all():
-        raise InputError("holds a weight that is not finite", source=source)
+        raise InputError("contains a weight that is not finite", source=source)
 
 
 def _take_apart(value: Any, arrays: dict[str, NDArray[Any]]) -> Any:

@@ -93,8 +93,8 @@ class TrainedPolicy:
         size = getattr(self.actor, "observation_size", None)
         if size is not None and seen.shape[-1:] != (size,):
             raise InputError(
-                f"this policy has learnt with observations of {size} numbers, got "
-                f"{seen.shape}; make the environment with the options of its training"
+                f"this policy was trained on observations of {size} numbers, got {seen.shape}; "
+                "make the environment with the options of its training"
             )
         action, _ = self.actor.predict(seen, deterministic=deterministic)
         return np.asarray(action, dtype=np.float32), None

@@ -207,11 +207,11 @@ def rllib_parameters(settings: TrainingSettings, workers: int) -> dict[str, Any]
 
     if workers < 1 or settings.n_envs % workers:
         raise InputError(
-            f"n_envs {settings.n_envs} cannot be shared out evenly to {workers} workers"
+            f"n_envs {settings.n_envs} cannot be divided evenly among {workers} workers"
         )
     unknown = sorted(settings.hyperparameters.keys() - PARAMETER_NAMES.keys() - {"n_steps"})
     if unknown:
-        raise InputError(f"RLlib does not have {unknown[0]}; take it out to train there")
+        raise InputError(f"RLlib does not support {unknown[0]}; remove it to train there")
     usual = inspect.signature(PPO).parameters
     given = {name: usual[name].default for name in (*PARAMETER_NAMES, "n_steps")}
     given |= settings.hyperparameters

@@ -128,7 +128,7 @@ def train(
                 return
             if stretch and self.stretch >= 0:
                 save_checkpoint(folder / f"checkpoint-{steps:08d}.npz", model, settings, known)
-                keep(f"{steps} throws are learnt; to go on: --resume {folder} -o {folder}")
+                keep(f"{steps} throws are done; to continue: --resume {folder} -o {folder}")
             self.stretch = stretch
             state = np.random.SeedSequence((settings.seed, steps)).generate_state(1)
             model.set_random_seed(int(state[0] >> 1))
@@ -161,7 +161,7 @@ def train(
     except CurlingError:
         model.logger.close()
         if not earlier_logs:
-            shutil.rmtree(logs, ignore_errors=True)  # they tell of nothing
+            shutil.rmtree(logs, ignore_errors=True)  # they have no information
         raise
     model.logger.close()
     save_model(folder / "model.npz", model, settings, known)
@@ -183,7 +183,7 @@ def latest_checkpoint(folder: str | Path) -> Path:
     """
     kept = sorted(Path(folder).glob("checkpoint-*.npz"))
     if not kept:
-        raise InputError("holds no checkpoint", source=folder)
+        raise InputError("contains no checkpoint", source=folder)
     return kept[-1]
 
 
@@ -363,9 +363,9 @@ def _restore(model: Any, document: dict[str, Any], path: Any) -> None:
         if replay is not None:
             buffer, filled = model.replay_buffer, len(replay["rewards"])
             if filled > buffer.buffer_size:
-                raise InputError("holds more throws than this run remembers", source=path)
+                raise InputError("contains more throws than the memory of this run", source=path)
             if not 0 <= int(replay["pos"]) <= filled:
-                raise ValueError("the place in the memory lies outside of it")
+                raise ValueError("the position in the memory is beyond its end")
             for name in _REPLAY:
                 getattr(buffer, name)[:filled] = replay[name]
             buffer.full = filled == buffer.buffer_size

@@ -174,7 +174,7 @@ def check_stones(ice: Ice, stones: Floats) -> None:
             other = int(np.argmin(apart))
             raise InputError(
                 f"stone {k + 1} at {place} overlaps stone {other + 1}: their centres are "
-                f"{apart[other]:.3f} m apart, and touching stones' are {2 * ice.stone.radius:g} m"
+                f"{apart[other]:.3f} m apart; expected at least {2 * ice.stone.radius:g} m"
             )
 
 

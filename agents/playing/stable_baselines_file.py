@@ -75,11 +75,11 @@ def stable_baselines_policy(path: str | Path) -> Any:
         problem = f"the weights do not fit the policy that it names: {str(error)[:120]}"
         raise InputError(problem, source=path) from error
     policy.set_training_mode(False)
-    return _BestOfThoseThere(policy) if module.endswith("dqn.policies") else policy
+    return _BestAvailable(policy) if module.endswith("dqn.policies") else policy
 
 
-class _BestOfThoseThere:
-    """Policy that values every action, and takes the best of those that there are.
+class _BestAvailable:
+    """Policy that values every action, and takes the best available one.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ class _BestOfThoseThere:
         Parameters
         ----------
         observation : (k,) of the environment
-        action_masks : (n,) 0 for each action that there is not
+        action_masks : (n,) 0 for each unavailable action
         deterministic : always true: values have no probabilities
         """
         if action_masks is None:

@@ -1,4 +1,4 @@
-"""Faults of a row of a table of shots, and errors of reading that explain a score."""
+"""Faults of a row of a table of shots, and reading errors that explain a score."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STONES = 6
 OWN: Flags = np.arange(2 * STONES) < STONES
 """Columns of the home team."""
 OVERLAP = 0.06
-"""Stones that lie deeper than this in each other are a fault of the table [m]."""
+"""Maximum overlap of two stones without a fault [m]."""
 
 
 def problems_of(
@@ -62,11 +62,12 @@ def _overlaps(stones: Stones) -> Iterator[str]:
         pair = np.unravel_index(np.argmin(apart), apart.shape)
         deep = 100 * (2 * LINES.stone_radius - apart.min())
         both = " and ".join(f"{stones[k].team.label} stone {stones[k].number + 1}" for k in pair)
-        yield f"{both} lie {deep:.0f} cm in each other"
+        yield f"{both} overlap by {deep:.0f} cm"
 
 
 def error_needed(position: Floats, written: int) -> float:
-    """The least error of every distance from the tee with which stones count as written [m].
+    """Return the smallest error of distances from the tee with which the stones give the written
+    score [m].
 
     Parameters
     ----------
@@ -87,6 +88,6 @@ def error_needed(position: Floats, written: int) -> float:
         return float("inf")
     last, nearest = float(ours[points - 1]), float(theirs[0])
     enough = max((last - nearest) / 2, last - reach)
-    # One more must not count: it is farther than their nearest, or beside the house.
+    # The next one must not count: it is farther away than their nearest, or outside the house.
     few = min((nearest - float(ours[points])) / 2, reach - float(ours[points]))
     return max(enough, few, 0.0)

@@ -1,12 +1,13 @@
-"""Real ends as a dataset for offline learning, and a policy that copies them.
+"""Real ends as a dataset for offline learning, and a behaviour clone.
 
 An episode is one team's side of an end of `CurlingEnd-v0` by `mixed_doubles_2024`: the observation
-before each of its deliveries, the action that means the throw which explains the shot (see
-`inversion`), and at its last delivery the points of the end.
+before each of its deliveries, the action of the throw that explains the shot (see `inversion`), and
+at its last delivery the points of the end.
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from scipy.cluster.vq import kmeans2, vq
 from scipy.optimize import minimize
 from scipy.special import logsumexp
 
@@ -26,18 +28,18 @@ from curling_env.game import Call, GameState
 from curling_env.game.rules import Game, Team
 from curling_env.game.simulator import direction_of
 from curling_env.ice import load_ice
-from curling_env.typing import Floats, Indices, Progress, no_progress
+from curling_env.typing import Floats, Progress, no_progress
 
 DATASET = "curling/doubles-v0"
-"""Identifier of the dataset, which is also the folder under the one asked for."""
+"""Identifier of the dataset, which is also its folder."""
 OPTIONS: dict[str, Any] = {"rules": "mixed_doubles_2024", "opponent": "rulebased"}
-"""Options of `CurlingEnd-v0` whose observations and actions the dataset has."""
+"""Options of `CurlingEnd-v0` for the observations and actions of the dataset."""
 PROTOTYPES = 96
-"""Number of throws among which the copying policy chooses."""
+"""Number of throws among which the clone chooses."""
 FEATURES = 256
 """Number of random features of an observation."""
 PENALTY = 3e-4
-"""Penalty on squared weights of the copying policy."""
+"""Penalty on squared weights of the clone."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +63,7 @@ class Episode:
 
 
 def episodes_of(table: ShotTable, *, progress: Progress = no_progress) -> Iterator[Episode]:
-    """Yield both sides of every whole end; sides with a shot that no throw explains are ignored.
+    """Yield both sides of every complete end; sides with an unexplained shot are ignored.
 
     Parameters
     ----------
@@ -127,12 +129,12 @@ def write_doubles(folder: str | Path, episodes: Sequence[Episode]) -> Path:
     )
 
 
-# --- a policy that copies them -----------------------------------------------------------------
+# --- a behaviour clone --------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True)
 class Copy:
-    """A policy that chooses among throws as often as teams did in such positions.
+    """Policy that chooses throws with the frequencies of teams in similar positions.
 
     Parameters
     ----------
@@ -147,7 +149,7 @@ class Copy:
     weights: Floats
 
     def log_chances(self, observations: Floats) -> Floats:
-        """Logarithm of the probability of each throw, (n, k)."""
+        """Return the logarithm of the probability of each throw, (n, k)."""
         logits = _features(observations, self.project, self.offset) @ self.weights
         return logits - logsumexp(logits, axis=1, keepdims=True)
 
@@ -159,7 +161,7 @@ class Copy:
 
 @dataclass(frozen=True, kw_only=True)
 class CopyScore:
-    """Score of a copy on games that it has not seen.
+    """Score of a clone on held-out games.
 
     Parameters
     ----------
@@ -176,7 +178,7 @@ class CopyScore:
 def fit_copy(
     observations: Floats, actions: Floats, *, seed: int = 0, prototypes: int = PROTOTYPES
 ) -> Copy:
-    """Copy deliveries by multinomial regression on random features (behaviour cloning).
+    """Clone deliveries by multinomial regression on random features (behaviour cloning).
 
     Parameters
     ----------
@@ -191,8 +193,11 @@ def fit_copy(
     if len(actions) < prototypes:
         raise InputError(f"a copy needs {prototypes} deliveries or more, got {len(actions)}")
     rng = np.random.default_rng(seed)
-    throws = _prototypes(actions, prototypes, rng)
-    label = nearest(throws, actions)
+    first = actions[rng.permutation(len(actions))[:prototypes]]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # a cluster that is empty keeps its throw
+        throws, _ = kmeans2(actions, first, iter=15, minit="matrix")
+    label, _ = vq(actions, throws)
     project = rng.standard_normal((observations.shape[1], FEATURES))
     spread = observations.std(axis=0)
     project *= np.where(spread > 1e-6, 1 / np.maximum(spread, 0.2), 0.0)[:, None]
@@ -220,7 +225,7 @@ def fit_copy(
 
 
 def score_of_copy(copy: Copy, train: Floats, observations: Floats, actions: Floats) -> CopyScore:
-    """Score a copy on deliveries that it has not seen.
+    """Score a clone on held-out deliveries.
 
     Parameters
     ----------
@@ -228,8 +233,8 @@ def score_of_copy(copy: Copy, train: Floats, observations: Floats, actions: Floa
     train : actions that it was fitted to, for the baseline
     observations, actions : the deliveries
     """
-    label = nearest(copy.throws, actions)
-    counts = np.bincount(nearest(copy.throws, train), minlength=len(copy.throws)) + 0.5
+    label, _ = vq(actions, copy.throws)
+    counts = np.bincount(vq(train, copy.throws)[0], minlength=len(copy.throws)) + 0.5
     chances = copy.log_chances(observations)[np.arange(len(label)), label]
     return CopyScore(
         deliveries=len(label),
@@ -239,7 +244,7 @@ def score_of_copy(copy: Copy, train: Floats, observations: Floats, actions: Floa
 
 
 def copy_score(episodes: Sequence[Episode], *, every: int = 5) -> CopyScore | None:
-    """Score a copy of some games on the others; None with fewer deliveries than a copy needs.
+    """Score a clone of some games on the others; None with too few deliveries.
 
     Parameters
     ----------
@@ -261,26 +266,9 @@ def copy_score(episodes: Sequence[Episode], *, every: int = 5) -> CopyScore | No
 
 
 def deliveries_of(episodes: Sequence[Episode]) -> tuple[Floats, Floats]:
-    """Observations before deliveries, and actions, of some episodes."""
+    """Return observations before deliveries, and actions, of some episodes."""
     seen = np.concatenate([one.observations[:-1] for one in episodes]).astype(np.float64)
     return seen, np.concatenate([one.actions for one in episodes]).astype(np.float64)
-
-
-def nearest(throws: Floats, actions: Floats) -> Indices:
-    """Index of the nearest of some throws to each action, (n,)."""
-    squares = (throws**2).sum(axis=1) - 2 * actions @ throws.T
-    return np.argmin(squares, axis=1)
-
-
-def _prototypes(actions: Floats, count: int, rng: np.random.Generator) -> Floats:
-    """Return typical actions, by k-means."""
-    throws = actions[rng.permutation(len(actions))[:count]].copy()
-    for _ in range(15):
-        label = nearest(throws, actions)
-        for k in range(count):
-            if (label == k).any():
-                throws[k] = actions[label == k].mean(axis=0)
-    return throws
 
 
 def _features(observations: Floats, project: Floats, offset: Floats) -> Floats:

@@ -1,9 +1,9 @@
-"""Calls of teams in real positions, beside those of `search`.
+"""Calls of teams in real positions, compared with those of `search`.
 
-Calls are compared by families, because a table names tasks and a search names shots. A call of
-another family costs the difference between the probabilities of winning that the search gives to
-its best shot and to its best one of the called family. It paid if the position that the team came
-to is worth at least as much as the search expected of its call.
+Calls are compared by families, because a table names tasks and a search names shots. The cost of a
+call of another family is the difference between the win probabilities of the search's best shot and
+of its best one of the called family. It paid if the resulting position is worth at least the value
+that the search expected.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ FAMILIES = {
     "clearing": ("firm hit", "peel"),
     "through": ("through the house",),
 }
-"""The shots of a search that a task of the table may stand for."""
+"""Shots of a search that correspond to a task of the table."""
 BUDGET = 500
 """Simulated throws of the search before each delivery."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Decision:
-    """One call beside the search's.
+    """One call compared with the search's.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ class Decision:
 
     @property
     def paid(self) -> bool:
-        """True where the team came to a position that is worth as much as the search expected."""
+        """True if the resulting position is worth as much as the search expected."""
         return self.reached >= self.expected
 
 
@@ -87,7 +87,7 @@ def decisions_of(
     seed: int = 0,
     progress: Progress = no_progress,
 ) -> list[Decision]:
-    """Compare calls in a random choice of real positions.
+    """Compare calls in a random sample of real positions.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def summary_of(decisions: Sequence[Decision]) -> dict[str, dict[str, Any]]:
 
 @dataclass(frozen=True, kw_only=True)
 class PowerPlay:
-    """Decision on a power play, before an end of a team that has not had its own.
+    """Decision on a power play, before an end whose deciding team has not used its power play.
 
     Parameters
     ----------
@@ -192,12 +192,12 @@ class PowerPlay:
 
     @property
     def cost(self) -> float:
-        """Win probability that the decision gives away, by the odds."""
+        """Loss of win probability by the decision, by the odds."""
         return max(-self.gain if self.played else self.gain, 0.0)
 
 
 def power_plays_of(table: ShotTable) -> list[PowerPlay]:
-    """Return the decision before each end in which a power play was free."""
+    """Return the decision before each end in which a power play was available."""
     odds = WinProbability(RULES)
     found: list[PowerPlay] = []
     for game in table.games:

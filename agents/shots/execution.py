@@ -1,11 +1,11 @@
-"""Errors of execution by task, from where the stones went, though no call is known.
+"""Errors of execution by task, from the positions of stones, without known calls.
 
 From the real position before a shot a grid of throws is simulated with its handle. Each throw has a
-value, the probability of winning after it; it leaves the stones near their real places or not; and
-it does what the task names or not. A team is taken to call a throw that does, with a probability
-that rises with its value, which is averaged over the errors of the hand. Errors, and how steeply
-the probability rises, are those with the largest likelihood of the real places (joint estimation of
-execution and decision skill: Archibald and Nieves-Rivera 2019). Errors follow Student's t.
+value, the probability of winning after it; its stones end near their real places or not; and it
+matches the named task or not. A team is assumed to call a matching throw, with a probability that
+rises with its value, averaged over the errors of the hand. Errors, and the slope of this
+probability, maximise the likelihood of the real places (joint estimation of execution and decision
+skill: Archibald and Nieves-Rivera 2019). Errors follow Student's t.
 """
 
 from __future__ import annotations
@@ -42,42 +42,42 @@ DRAWS = ("draw", "freeze", "raise", "guard")
 HITS = ("takeout", "hit and roll", "clearing", "promotion takeout", "double takeout")
 """Tasks thrown with more weight."""
 SPEED_SHOWN = DRAWS[:3]
-"""Tasks that show errors of speed: stones hardly show the weight of a hit, and the depth of a guard
-differs as much by the team's wish.
+"""Tasks that show errors of speed: the weight of a hit hardly changes the stones, and the depth of
+a guard is the team's choice.
 """
 STEP = 2**0.5
 """Ratio of neighbouring scales of errors."""
 SPEEDS = np.geomspace(0.004, 0.004 * STEP**11, 12)
 LINE_SCALES = np.geomspace(0.0007, 0.0007 * STEP**11, 12)
-"""Scales of errors of speed [m/s] and line [rad] with which throws are averaged."""
+"""Tried scales of errors of speed [m/s] and line [rad]."""
 BASE = np.arange(1, 8)
 """Indices of the scales of Student's t; those of its parts lie `PARTS` steps beside them."""
 PARTS = np.arange(-1, 5)
 TAILS = (3.0, 5.0, 10.0, 1000.0)
 """Degrees of freedom; with fewer than 3 a standard deviation means little."""
 TEMPERATURES: Floats = np.array([0.0015, 0.0025, 0.004, 0.0065, 0.01, 0.02, 0.05, 10.0])
-"""Differences of the probability of winning that make a call e times as likely."""
+"""Tried differences of the win probability that make a call e times as likely."""
 OTHERWISE: Floats = np.array([0.0, 0.15, 0.4])
-"""Shares of calls that follow no value: each throw that does what the task names is as likely."""
+"""Tried shares of random calls, in which all matching throws are equally likely."""
 DRAW_WEIGHTS: Floats = np.arange(0.90, 1.13, 0.0057)
 WEIGHTS_OF_HITS: Floats = np.linspace(1.1, 1.9, 12)
-"""Speeds of the grid over that of the draw to the button."""
+"""Speeds of the grid, relative to the draw to the button."""
 ACROSS, DRAW_LINES, HIT_LINES = 0.075, 0.002, 0.0015
-"""Lines to each side of that to the centre, and their spacing for draws and hits [rad]."""
+"""Number of lines to each side of the centre, and their spacing for draws and hits [rad]."""
 NEAR, EXPLAINED = 0.1, 0.7
-"""Distance from the real places at which a throw explains a shot by 1/√e, and the largest at which
-one explains it at all [m]."""
+"""Distance from the real places at which the closeness of a throw is 1/√e, and maximum distance of
+an explanation [m]."""
 MOVED, TOUCHING = 0.05, 0.15
-"""Least movement of a stone that was struck, and largest gap of a freeze [m]."""
+"""Minimum movement of a struck stone, and maximum gap of a freeze [m]."""
 RESAMPLES = 40
-"""Resampled sets of games for the intervals."""
+"""Number of resampled sets of games for the intervals."""
 FEWEST = 20
-"""Fewest first draws at rest with one handle on one side."""
+"""Minimum number of first draws at rest with one handle on one side."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Measured:
-    """A number with its 95 % interval."""
+    """Number with its 95 % interval."""
 
     value: float
     low: float
@@ -85,7 +85,7 @@ class Measured:
 
     @classmethod
     def of(cls, value: float, resampled: Sequence[float]) -> Measured:
-        """Return a number with the interval of its resampled values."""
+        """Return a number with the interval from its resampled values."""
         low, high = np.quantile(np.asarray(resampled), [0.025, 0.975])
         return cls(value=float(value), low=float(low), high=float(high))
 
@@ -115,7 +115,7 @@ class TaskErrors:
 
 @dataclass(frozen=True, kw_only=True)
 class Execution:
-    """Errors of all hands together, by task, and how those of some differ.
+    """Errors of all hands together, by task, and differences between owners.
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ def task_of(one: GradedShot) -> str:
 
 
 class _Maps:
-    """Grids of throws on one ice, and what comes of them."""
+    """Grids of throws on one ice, and their outcomes."""
 
     def __init__(self, ice: Ice) -> None:
         self.inversion = Inversion(ice)
@@ -225,7 +225,7 @@ class _Maps:
         ]
 
     def log_likelihood(self, one: GradedShot) -> Floats | None:
-        """Return (intents, tails, speeds, lines); None where no throw explains the shot."""
+        """Return (intents, tails, speeds, lines); None if no throw explains the shot."""
         task, shot = task_of(one), one.shot
         speeds, lines = self._grid(task, shot.spin)
         spin = shot.spin * self.inversion.table.delivery.spin
@@ -265,9 +265,9 @@ class _Maps:
         return weights * table.button_speed, middles[:, None] + across
 
     def _closeness(self, shot: Shot, speeds: Floats, lines: Floats, off: Floats) -> Floats:
-        """Return how near each throw leaves the stones to their real places, (speeds, lines).
+        """Return the closeness of each throw's stones to their real places, (speeds, lines).
 
-        A stone that touched nothing has one throw, which lies between four of the grid.
+        A stone that touched nothing has one exact throw, which lies between four of the grid.
         """
         if is_struck(shot) or shot.stone not in places_of(shot.after):
             near = np.exp(-0.5 * (off**2 - off.min() ** 2) / NEAR**2)
@@ -280,7 +280,7 @@ class _Maps:
         return np.maximum(along, 0.0)[:, None] * np.maximum(across, 0.0)
 
     def _meant(self, task: str, before: Floats, after: Floats, number: int) -> Flags:
-        """Return which throws do what the task names, (n,)."""
+        """Return which throws match the task, (n,)."""
         simulator = self.inversion.simulator
         slot, first = simulator.slot(number), STONES_PER_TEAM * (1 - simulator.mover(number))
         there, rest = np.isfinite(before[:, :, 0]), after[:, slot]
@@ -337,8 +337,8 @@ class _Grid(NamedTuple):
     def _averaged(self, speed: int | None, line: int) -> Floats:
         """Return value and closeness averaged over normal errors around each meant throw, (2, n).
 
-        Throws beyond the grid are not known: the mean value is that of the others, and none of them
-        is close.
+        Throws beyond the grid are unknown: their value is the mean of the others, and they are not
+        close.
         """
         across = _kernel(self.lines[0], float(LINE_SCALES[line]))
         along = np.eye(len(self.speeds))
@@ -350,7 +350,7 @@ class _Grid(NamedTuple):
 
 
 def _kernel(places: Floats, scale: float) -> Floats:
-    """Return normal weights of places around each of them, whose sum is 1 on an endless grid."""
+    """Return normal weights of neighbouring grid points, whose sum is 1 on an infinite grid."""
     step = float(places[1] - places[0])
     total = np.exp(-0.5 * (step * np.arange(-500, 501) / scale) ** 2).sum()
     return np.exp(-0.5 * ((places[:, None] - places) / scale) ** 2) / total
@@ -360,7 +360,7 @@ def _kernel(places: Floats, scale: float) -> Floats:
 
 
 class _Fit(NamedTuple):
-    """The errors with the largest likelihood.
+    """Maximum-likelihood fit of the errors.
 
     Parameters
     ----------
@@ -383,7 +383,8 @@ class _Fit(NamedTuple):
 
 def _fit(found: Mapping[str, _Likelihood], weights: Mapping[str, Floats]) -> _Fit:
     totals = {task: np.tensordot(weights[task], one.values, 1) for task, one in found.items()}
-    # Tasks count as often as they are thrown; those that show no speed are alike at each.
+    # Tasks are weighted by their frequency; those without information on speed are constant over
+    # it.
     pooled = sum(
         found[task].weight * total.max(axis=0 if task in SPEED_SHOWN else (0, 2), keepdims=True)[0]
         for task, total in totals.items()
@@ -400,7 +401,7 @@ def _fit(found: Mapping[str, _Likelihood], weights: Mapping[str, Floats]) -> _Fi
 
 
 def _peak(surface: Floats) -> tuple[float, Floats]:
-    """Return the largest value of a surface, and where a parabola through it has its top."""
+    """Return the maximum of a surface, and the top of a parabola through it."""
     top = np.unravel_index(np.argmax(surface), surface.shape)
     place = np.array(top, dtype=np.float64)
     for axis, k in enumerate(top):
@@ -505,8 +506,8 @@ def _first_draws(
 ) -> tuple[Measured, Measured]:
     """Return misses by handle, and the slope of grades, from first deliveries.
 
-    Only the placed stones lie there then: all teams call nearly the same draw for a handle and a
-    side of the power play, so that a miss is a distance from the usual place.
+    Only the placed stones are on the ice then: all teams call nearly the same draw for a handle and
+    a side of the power play, so a miss is the distance from the usual place.
     """
     groups: dict[tuple[float, int], list[tuple[float, float, int]]] = {}
     for one in shots:
@@ -536,7 +537,7 @@ def _first_draws(
 
 
 def _slope(log_miss: Floats, grades: Indices) -> float:
-    """Return by how much the logit of a grade falls with the logarithm of a miss."""
+    """Return the slope of the logit of a grade over the logarithm of a miss."""
 
     def loss(parameters: Floats) -> float:
         steps = np.cumsum([parameters[0], *np.exp(np.clip(parameters[1:4], -8, 4))])

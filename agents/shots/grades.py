@@ -1,9 +1,9 @@
 """Grades of shots by task, handle, team and player: an ordinal model with shrunken effects.
 
-The logit of a grade of at least k is an ability less a threshold of the task. The ability is the
+The logit of a grade of at least k is an ability minus a threshold of the task. The ability is the
 sum of a team's effect, a player's, a player's with one handle over the other, and a task's with one
-handle over the other. Effects of each kind are normal about 0; how much they scatter is estimated
-from the data (empirical Bayes, by Laplace's approximation), so that few shots say little.
+handle over the other. Effects of each kind are normal about 0 with a scatter that is estimated from
+the data (empirical Bayes, by Laplace's approximation), so that effects of few shots shrink to 0.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ KINDS = (
 )
 """Kinds of effects."""
 ROUNDS = 8
-"""Rounds of the estimate of the scatter of each kind."""
+"""Number of rounds of the estimate of the scatter of each kind."""
 FIRST_SCATTER = 0.3
 LEAST_SCATTER = 0.02
-"""Scatter at the beginning, and the least one [logit]."""
+"""Initial scatter, and its minimum [logit]."""
 THRESHOLD_PRIOR = 3.0
 """Standard deviation of a step between a task's thresholds on a logarithmic scale."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class GradedShot:
-    """A graded shot with all that its grade may depend on.
+    """Graded shot with the variables of the model.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class GradedShot:
 
 
 def graded_shots(games: Sequence[TableGame]) -> list[GradedShot]:
-    """The shots of games that have a task and a grade."""
+    """Return the shots of games that have a task and a grade."""
     found: list[GradedShot] = []
     for game in games:
         ahead = 0
@@ -111,7 +111,7 @@ class GradeModel:
     scatter: dict[str, float]
 
     def ability(self, shot: GradedShot) -> float:
-        """Sum of the effects on a shot; 0 for each that no shot has shown."""
+        """Return the sum of the effects on a shot; 0 for unknown ones."""
         total = 0.0
         for kind, (key, sign) in zip(KINDS, _keys(shot, shot.shot.spin), strict=True):
             known = self.effects[kind].get(key)
@@ -119,7 +119,9 @@ class GradeModel:
         return total
 
     def probabilities(self, shot: GradedShot) -> Floats:
-        """Probability of each grade from 0 to 4, (5,); shares of all where the task is new."""
+        """Return the probability of each grade from 0 to 4, (5,); the shares of all tasks if the
+        task is new.
+        """
         thresholds = self.thresholds.get(shot.shot.task)
         if thresholds is None:
             thresholds = np.mean(list(self.thresholds.values()), axis=0)
@@ -157,7 +159,7 @@ def fit_grades(shots: Sequence[GradedShot]) -> GradeModel:
 
 
 class _Design:
-    """Shots as indices, and the likelihood of their grades."""
+    """Shots as indices, with the likelihood of their grades."""
 
     def __init__(self, shots: Sequence[GradedShot]) -> None:
         self.tasks = sorted({one.shot.task for one in shots})
@@ -211,7 +213,7 @@ class _Design:
         return np.diag(np.linalg.inv(precision)).astype(np.float64)
 
     def model(self, parameters: Floats, variance: Floats, scatter: Floats) -> GradeModel:
-        """The fitted parameters by name."""
+        """Return the fitted parameters by name."""
         thresholds = self.thresholds(parameters)
         counts = np.bincount(self.columns.ravel(), minlength=len(self.names))
         effects: dict[str, dict[Hashable, Effect]] = {kind: {} for kind in KINDS}
@@ -354,7 +356,9 @@ def held_out_score(games: Sequence[TableGame], *, folds: int = 5) -> HeldOut:
 
 
 def _shares(shots: Sequence[GradedShot]) -> dict[str, Floats]:
-    """Shares of grades by task, half a shot added to each grade; of all under no name."""
+    """Return shares of grades by task, with half a shot added to each grade; those of all under an
+    empty name.
+    """
     found: dict[str, Floats] = {}
     for task in {"", *(one.shot.task for one in shots)}:
         grades = [one.shot.grade or 0 for one in shots if task in ("", one.shot.task)]

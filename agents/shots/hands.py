@@ -1,8 +1,8 @@
 """Hands of championship players: errors of all, of each task, and of each player.
 
-The errors of all hands together and of each task come from where the stones went (`execution`). A
-player's differ from them by its grades, an ability in the logit of a grade over `Execution.slope`,
-and by where its stones went (`scatter`); both are weighted by their precision.
+The errors of all hands together and of each task come from the positions of stones (`execution`). A
+player's factor on them combines its grades, an ability in the logit of a grade over
+`Execution.slope`, and the positions of its stones (`scatter`), weighted by their precision.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ from curling_env.throw import Skill
 from curling_env.typing import Progress, no_progress
 
 NONE = Effect(value=0.0, stderr=0.0, shots=0)
-"""Effect that no shot has shown."""
+"""Unknown effect."""
 SPIN = 0.1
-"""Standard deviation of the spin, which the table says nothing of [rad/s]."""
+"""Standard deviation of the spin, on which the table has no information [rad/s]."""
 POSITIONS = 100
-"""Number of real positions of each task, by default."""
+"""Default number of real positions of each task."""
 NOT_SEPARATED = (
     "ice: its weight and curl differ between sheets and games, and count as errors",
     "sweeping: weight is the speed that explains the rest, after the sweepers",
@@ -73,7 +73,7 @@ class PlayerHand:
 
 @dataclass(frozen=True, kw_only=True)
 class Hands:
-    """Hands as estimated from a table of shots.
+    """Estimated hands from a table of shots.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class Hands:
         ]
 
     def as_dict(self) -> dict[str, Any]:
-        """The report."""
+        """Return the report."""
         grades = self.grades
         return {
             "execution": {
@@ -132,7 +132,7 @@ def skill_of(
 ) -> Skill:
     """Return all hands with their errors times a factor, or those of one task.
 
-    A task that shows no speed has that of all.
+    A task without an error of speed has that of all.
     """
     speed, line = execution.speed, execution.line
     if task is not None:
@@ -218,7 +218,7 @@ def _players(
 
 
 def _factor(ability: Effect, slope: Measured, shown: tuple[float, float]) -> Measured:
-    """Return errors over those of all hands, by ability and by where stones went.
+    """Return errors over those of all hands, from ability and positions of stones.
 
     Parameters
     ----------
@@ -262,7 +262,7 @@ def write_hands(folder: str | Path, hands: Hands, source: str | Path, *, seed: i
 
 
 def in_words(hands: Hands) -> list[str]:
-    """The result in sentences."""
+    """Return the result in sentences."""
     execution, held = hands.execution, hands.held_out
     text = [
         f"{execution.shots} shots of {len(execution.tasks)} tasks: speed {_mm(execution.speed)}, "

@@ -1,9 +1,9 @@
-"""The throw of this engine that explains best where the stones of a real shot went.
+"""The throw of this engine that explains the stones of a real shot best.
 
 A stone that came to rest untouched has one throw, with its handle. For any other shot the candidate
 throws of `search` with that handle are simulated from the real position, then neighbours of the
-best. The misfit is the mean over all stones of how far each lies from its real place; a stone that
-is in play for one and out for the other counts a metre.
+best. The misfit is the mean distance of all stones from their real places; a stone that is in play
+in one case and out in the other counts a metre.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from curling_env.throw import Throw
 from curling_env.typing import Floats
 
 MOVED = 0.02
-"""A stone that lies farther from its place before was struck [m]."""
+"""Minimum movement of a struck stone [m]."""
 FAR = 1.0
-"""Most that one stone counts [m]."""
+"""Maximum distance that counts for one stone [m]."""
 STEPS = ((0.02, 0.004), (0.006, 0.0012))
 """Steps of speed (as a share) and line [rad] around the best throw, in each round."""
 GRID = np.array([(i, j) for i in (-2, -1, 0, 1, 2) for j in (-2, -1, 0, 1, 2)], dtype=np.float64)
 
 
 class Inverted(NamedTuple):
-    """A throw that explains a shot.
+    """Throw that explains a shot.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Inverted(NamedTuple):
 
 
 class Inversion:
-    """Finds throws on one ice.
+    """Search for throws on one ice.
 
     Parameters
     ----------
@@ -60,18 +60,18 @@ class Inversion:
         self.simulator = EndSimulator(ice=ice, direction=Direction.AWAY, rules=RULES, lines=LINES)
 
     def end_before(self, shot: Shot) -> End:
-        """The end before a shot, its stones where the ice has room for them."""
+        """Return the end before a shot, with stones moved apart if they overlap."""
         hammer = shot.team if shot.number % 2 else shot.team.other
         return End(hammer=hammer, stones=self._playable(shot.before), delivered=shot.number)
 
     def end_after(self, shot: Shot) -> End:
-        """The end after a shot, in the same way."""
+        """Return the end after a shot, in the same way."""
         before = self.end_before(shot)
         stones = self._playable(shot.after)
         return End(hammer=before.hammer, stones=stones, delivered=shot.number + 1)
 
     def throw_of(self, shot: Shot) -> Inverted | None:
-        """The throw that explains a shot; None where none of this ice gets there."""
+        """Return the throw that explains a shot; None if no throw on this ice does."""
         spin = shot.spin * self.table.delivery.spin
         rest = places_of(shot.after).get(shot.stone)
         if rest is not None and not is_struck(shot):
@@ -122,7 +122,7 @@ def distances(after: Floats, real: Floats) -> Floats:
 
 
 def is_struck(shot: Shot) -> bool:
-    """True where a delivery moved a stone."""
+    """Return whether a delivery moved a stone."""
     return bool(moved_stones(shot.before, shot.after, MOVED))
 
 

@@ -18,7 +18,7 @@ REPORT = "report.json"
 
 
 def record_of(game: TableGame, *, ice: str = "standard") -> list[dict[str, Any]]:
-    """The lines of a game of a table.
+    """Return the lines of a game of a table.
 
     Parameters
     ----------
@@ -31,12 +31,12 @@ def record_of(game: TableGame, *, ice: str = "standard") -> list[dict[str, Any]]
 
 
 def name_of(key: GameKey) -> str:
-    """The name of a game in files: competition-session-game."""
+    """Return the name of a game in files: competition-session-game."""
     return "-".join(map(str, key))
 
 
 def chosen_games(table: ShotTable, names: list[str] | None, source: str | Path) -> list[TableGame]:
-    """The games of these names; all without names.
+    """Return the games of these names; all without names.
 
     Raises
     ------
@@ -73,7 +73,9 @@ def write_records(
 
 
 def report_of(table: ShotTable) -> dict[str, Any]:
-    """The faults of a table by row, and the ends that do not count as written by kind."""
+    """Return the faults of a table by row, and the ends whose stones contradict the score, by
+    kind.
+    """
     odd = [end for end in table.ends if not end.agrees]
     kinds: dict[str, int] = {}
     for end in odd:

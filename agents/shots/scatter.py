@@ -1,8 +1,8 @@
 """Differences of execution errors between tasks, teams, players and handles: a hierarchical fit.
 
 The logarithm of a shot's errors over those of all shots is a sum of effects, one of each kind.
-Effects of a kind are normal about 0, and how much they scatter is estimated from all shots
-(empirical Bayes), so that few shots of a player say little about it.
+Effects of a kind are normal about 0, with a scatter that is estimated from all shots (empirical
+Bayes), so that effects of few shots shrink to 0.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from curling_env.typing import Floats, Indices
 GRID: Floats = np.arange(-1.0, 1.01, 0.1)
 """Logarithms of errors over those of all shots at which likelihoods are known."""
 SCATTERS: Floats = np.append(0.02, np.arange(0.05, 1.01, 0.05))
-"""Scatters among which is chosen [e-folds]; the first is as good as none."""
+"""Candidate scatters [e-folds]; the first is practically zero."""
 ROUNDS = 12
-"""Rounds in which effects and scatters are estimated in turn."""
+"""Number of rounds in which effects and scatters are estimated in turn."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +41,7 @@ class Effects:
     variance: Floats
 
     def alone(self, k: int) -> tuple[float, float]:
-        """Return an effect and its precision by its shots alone, without the other effects."""
+        """Return an effect and its precision from its shots alone, without the other effects."""
         precision = max(1 / self.variance[k] - 1 / self.scatter**2, 0.0)
         if precision < 1e-9:
             return 0.0, 0.0
@@ -49,8 +49,8 @@ class Effects:
 
 
 def fit_scatter(curves: Floats, owners: Mapping[str, Indices]) -> dict[str, Effects]:
-    """Estimate effects, and their scatter: the one with the largest likelihood, all effects of the
-    kind integrated out, and an interval of those with nearly as large a one (by χ² of one degree).
+    """Estimate effects and their scatter: the scatter maximises the likelihood with all effects of
+    the kind integrated out, and its interval follows from χ² of one degree.
 
     Parameters
     ----------

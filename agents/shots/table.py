@@ -1,10 +1,10 @@
-"""Tables of championship shots: where all stones lay after each, its task, handle and grade.
+"""Tables of championship shots: the positions of all stones after each, its task, handle and grade.
 
 A folder holds ``Stones.csv`` (a row a delivery), ``Ends.csv`` and ``Games.csv``. Places are in
 hundredths of a foot: the tee of the played house at (750, 800), x to the thrower's right, y against
-the direction of play. (0, 0) stands for a stone not yet thrown, 4095 for one out of play. Six
-columns of each team begin with its placed stone. None of this is documented: the rings, the placed
-stones and the scores of ends agree with it, see docs/championships.md.
+the direction of play. (0, 0) is a stone not yet thrown, 4095 one out of play. Six columns of each
+team begin with its placed stone. The format is not documented; the rings, the placed stones and the
+scores of ends agree with this reading, see docs/championships.md.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ HANDLES = (-1.0, 1.0)
 SIDES: tuple[Side, Side] = ("right", "left")
 """Sides of PowerPlay 1 and 2."""
 NOT_SCORED = 9
-"""Result of an end that a concession cut short; as a grade, a shot that was not graded."""
+"""Result of an end after a concession; as a grade, an ungraded shot."""
 BEST_GRADE = 4
 READING_ERROR = 0.10
-"""Largest error of a place by which a wrong count is called a matter of reading the table [m]."""
+"""Maximum error of positions that explains a wrong count [m]."""
 
 _GAME = ("CompetitionID", "SessionID", "GameID")
 _END = (*_GAME, "EndID")
@@ -54,7 +54,7 @@ GameKey = tuple[int, int, int]
 
 
 class Fault(NamedTuple):
-    """A row that contradicts itself, others or the rules.
+    """Row that contradicts itself, others or the rules.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ class Shot(PlacedShot):
 
 @dataclass(frozen=True, kw_only=True)
 class TableEnd(PlacedEnd):
-    """One end; the score is as written, None where the end was not scored.
+    """One end; the score is as written, None if the end was not scored.
 
     Parameters
     ----------
@@ -114,19 +114,19 @@ class TableEnd(PlacedEnd):
 
     @property
     def agrees(self) -> bool:
-        """True where the stones count as written."""
+        """True if the stones give the written score."""
         return self.score is None or self.counted == self.score[0] - self.score[1]
 
     @property
     def kind(self) -> str:
-        """Reason why the stones do not count as written, in words; empty where they do."""
+        """Reason why the stones contradict the written score, in words; empty if they agree."""
         if self.agrees:
             return ""
         if self.stopped:
-            return "stones were not thrown, and the end was not scored as they lay"
+            return "the end was stopped, and not scored by its stones"
         if self.short_by <= READING_ERROR:
-            return "a measure: places are not known well enough to tell which stone is nearer"
-        return "a place is wrong, or the score"
+            return "a measurement: positions are not exact enough to decide which stone is nearer"
+        return "a position or the score is wrong"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,7 +150,7 @@ class TableGame:
 
     @property
     def conceded(self) -> Team | None:
-        """The team that conceded: the one behind, where the last end was not scored."""
+        """Team that conceded: the one behind, if the last end was not scored."""
         if not self.ends or self.ends[-1].score is not None or self.result[0] == self.result[1]:
             return None
         return Team.HOME if self.result[0] < self.result[1] else Team.AWAY
@@ -170,7 +170,7 @@ class ShotTable:
 
 
 def is_shot_table(path: str | Path) -> bool:
-    """True where the first row of a file names the columns of a table of shots."""
+    """Return whether the first row of a file has the columns of a table of shots."""
     if not Path(path).is_file():
         return False
     with Path(path).open("rb") as file:
@@ -179,7 +179,7 @@ def is_shot_table(path: str | Path) -> bool:
 
 
 def read_shots(path: str | Path) -> ShotTable:
-    """Read a table of shots, with the tables of ends and games that lie beside it.
+    """Read a table of shots, with the tables of ends and games beside it.
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ def read_shots(path: str | Path) -> ShotTable:
 
 
 class _Reader:
-    """Puts three tables together, and notes what does not fit."""
+    """Reader that joins three tables, and collects contradictions."""
 
     def __init__(self, stones: Table, ends: Table, games: Table) -> None:
         self._stones, self._ends, self._games = stones, ends, games
@@ -348,7 +348,8 @@ class _Reader:
         return tuple(shots)
 
     def _placed(self, index: int, teams: tuple[int, int]) -> Stones:
-        """The placed stones before the first delivery: as they lie after it, or as the rules say.
+        """Return the placed stones before the first delivery: as after it, or according to the
+        rules.
 
         The first delivery may have moved them, so that only their usual places are known.
         """
@@ -362,7 +363,9 @@ class _Reader:
         )
 
     def _places_after(self, index: int) -> Floats:
-        """The places after a delivery, (12, 2), delivery frame [m]; NaN where no stone lies."""
+        """Return the positions after a delivery, (12, 2), delivery frame [m]; NaN without a
+        stone.
+        """
         places = self._places[index]
         lies = (np.isfinite(places) & (places > 0) & (places < OUT)).all(axis=1)
         return np.where(lies[:, None], (places - TEE) * [UNIT, -UNIT], np.nan)
@@ -392,7 +395,7 @@ _PLACED: tuple[tuple[tuple[float, float], tuple[float, float]], ...] = (
     ((1089.0, 1916.0), (1150.0, 850.0)),
     ((411.0, 1916.0), (350.0, 850.0)),
 )
-"""Places where the guard and the stone in the house are drawn: without power play, right, left."""
+"""Positions of the guard and the stone in the house: without power play, right, left."""
 
 
 def _metres(place: Sequence[float]) -> tuple[float, float]:

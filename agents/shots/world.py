@@ -1,4 +1,4 @@
-"""Results of ends of mixed doubles: those of a table beside those of `search` against itself."""
+"""Results of ends of mixed doubles: those of a table and those of `search` against itself."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from curling_env.throw import Skill
 from curling_env.typing import Indices, Progress, no_progress
 
 CLASSES = (*range(-3, 5),)
-"""Points of the team with the hammer; the first and the last stand for more as well."""
+"""Points of the team with the hammer; the first and the last class include larger scores."""
 BUDGET = 200
 """Simulated throws of the search before each delivery."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class EndsBeside:
+class EndsComparison:
     """Two distributions of the results of ends.
 
     Parameters
@@ -37,13 +37,13 @@ class EndsBeside:
 
     @property
     def shares(self) -> list[tuple[int, float, float]]:
-        """Points, share of real ends and of those that were played [%]."""
+        """Return points, share of real ends and share of simulated ones [%]."""
         real, played = (100 * one / one.sum() for one in (self.real, self.played))
         return list(zip(CLASSES, real.tolist(), played.tolist(), strict=True))
 
     @property
     def worst(self) -> float:
-        """Largest difference of two shares [percentage points]."""
+        """Maximum difference of two shares [percentage points]."""
         return max(abs(real - played) for _, real, played in self.shares)
 
     @property
@@ -55,7 +55,7 @@ class EndsBeside:
 
 
 def real_ends(table: ShotTable) -> Indices:
-    """Number of ends with each of `CLASSES`, as written."""
+    """Return the number of ends with each of `CLASSES`, as written."""
     return _counts(
         [
             (end.score[0] - end.score[1]) * (1 if end.hammer is Team.HOME else -1)
@@ -73,7 +73,7 @@ def played_ends(
     seed: int = 0,
     progress: Progress = no_progress,
 ) -> Indices:
-    """Number of ends with each of `CLASSES` in games of `search` against itself.
+    """Return the number of ends with each of `CLASSES` in games of `search` against itself.
 
     Parameters
     ----------

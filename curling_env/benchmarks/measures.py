@@ -153,20 +153,21 @@ def _throws(name: str, work: Callable[[], int]) -> Measure:
     return Measure(name=name, value=rate(work), unit="throws/s")
 
 
-def vector_steps(sheets: int = 256, **options: Any) -> Callable[[], int]:
+def vector_steps(
+    sheets: int = 256, name: str = "CurlingSheet-v0", **options: Any
+) -> Callable[[], int]:
     """Return work that makes a throw on every sheet of a vector environment.
 
     Parameters
     ----------
     sheets : number of sheets
-    options : options of CurlingSheet-v0
+    name : name of the environment
+    options : its options
     """
     import gymnasium
 
     # Reset within the step, so that every step is a throw.
-    envs: Any = gymnasium.make_vec(
-        "CurlingSheet-v0", num_envs=sheets, autoreset_mode="SameStep", **options
-    )
+    envs: Any = gymnasium.make_vec(name, num_envs=sheets, autoreset_mode="SameStep", **options)
     envs.action_space.seed(0)
     envs.reset(seed=0)
 

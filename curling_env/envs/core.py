@@ -1,7 +1,7 @@
-"""Episodes side by side: what the single and the vector environments are views of.
+"""Core of an environment for any number of episodes, shared by single and vector environments.
 
-A core holds the options of an environment and its rules: how episodes begin, what a step does to
-them, what an agent observes and what `info` reports. It keeps no episode. Episodes are values that
+A core has the options of an environment and its rules: the start of episodes, the effect of a step,
+the agent's observation and the entries of `info`. It has no episodes. Episodes are values that
 never change; a step makes new ones. A single environment holds one episode, a vector environment
 many, and both are played by the same rules.
 """
@@ -25,7 +25,7 @@ Facts = dict[str, Any]
 DETAILS = frozenset({"throw", "outcome", "trajectory", "shots"})
 """Entries of `info` that are objects of the physics and the game; the others have fixed shapes."""
 PART = "reward_"
-"""Beginning of the names of the parts of the reward, where `info` is flat."""
+"""Prefix of the names of the parts of the reward in flat `info`."""
 Part = tuple[Indices, Facts]
 """Entries of `info` of some episodes, by their indices."""
 
@@ -54,11 +54,11 @@ class Core(ABC, Generic[Episodes]):
 
     @abstractmethod
     def blank(self, count: int) -> Episodes:
-        """Episodes that are over, as placeholders before the first reset."""
+        """Return finished episodes, as placeholders before the first reset."""
 
     @abstractmethod
     def asked(self, options: Any, count: int) -> Any:
-        """The checked options of a reset, in the form that `begun` takes.
+        """Check the options of a reset, and return them in the form of `begun`.
 
         Raises
         ------
@@ -73,7 +73,7 @@ class Core(ABC, Generic[Episodes]):
         rngs: Sequence[np.random.Generator],
         asked: Any = None,
     ) -> Episodes:
-        """The episodes with some of them begun.
+        """Begin some of the episodes, and return all.
 
         Parameters
         ----------
@@ -91,7 +91,7 @@ class Core(ABC, Generic[Episodes]):
         rngs: Sequence[np.random.Generator],
         actions: Sequence[Any],
     ) -> tuple[Episodes, Floats, list[Part]]:
-        """The episodes after a step in some of them.
+        """Make a step in some of the episodes, and return all.
 
         Parameters
         ----------
@@ -110,7 +110,7 @@ class Core(ABC, Generic[Episodes]):
         """
 
     def returned(self, facts: Facts) -> Facts:
-        """The entries of `info` that the caller gets: flat, unless details are asked for."""
+        """Return the entries of `info` for the caller: flat, unless details are requested."""
         if self.details:
             return facts
         flat = {name: value for name, value in facts.items() if name not in DETAILS}
@@ -119,19 +119,20 @@ class Core(ABC, Generic[Episodes]):
 
     @abstractmethod
     def are_over(self, episodes: Episodes) -> Flags:
-        """True where an episode is over, (n,)."""
+        """Return which episodes are over, (n,)."""
 
     @abstractmethod
     def observed(self, episodes: Episodes) -> Any:
-        """The observations of all episodes, in the form of the batched observation space."""
+        """Return the observations of all episodes, in the batched observation space."""
 
     @abstractmethod
     def reported(self, episodes: Episodes, rows: Indices) -> Facts:
-        """The entries of `info` after a reset as well as after a step, of some episodes."""
+        """Return the entries of `info` after a reset or a step, of some episodes."""
 
 
 def gathered(parts: Iterable[Part], among: Flags) -> dict[str, Any]:
-    """Entries of `info` in Gymnasium's form: for each name an array over all episodes, and a mask.
+    """Return entries of `info` in Gymnasium's form: for each name an array over all episodes, and a
+    mask.
 
     Parameters
     ----------
@@ -177,7 +178,7 @@ def _blank(n: int, value: Any) -> Any:
 
 
 def alone(parts: Iterable[Part]) -> dict[str, Any]:
-    """Entries of `info` of a single episode, as Python's numbers, objects and arrays."""
+    """Return entries of `info` of a single episode, as Python's numbers, objects and arrays."""
     return {
         name: _first(value) for rows, facts in parts if len(rows) for name, value in facts.items()
     }

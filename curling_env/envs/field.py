@@ -1,4 +1,4 @@
-"""An ice on which many throws are simulated together, as the vector environments do."""
+"""An ice on which many throws are simulated together, for the vector environments."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from curling_env.typing import Floats, Indices
 
 
 class Field:
-    """Plays many throws towards one end, as exactly as the engine of a single environment.
+    """Simulator of many throws towards one end, as exact as the engine of a single environment.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Field:
         *,
         which: Indices | None = None,
     ) -> Positions:
-        """The positions after throws.
+        """Return the positions after throws.
 
         Parameters
         ----------
@@ -73,7 +73,7 @@ class Field:
         return after
 
     def statuses(self, after: Positions, direction: int) -> NDArray[np.str_]:
-        """The `Status` of each stone by its name, (n, k + 1), the delivered one last.
+        """Return the name of each stone's `Status`, (n, k + 1), the delivered one last.
 
         Parameters
         ----------

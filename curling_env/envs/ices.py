@@ -1,8 +1,8 @@
-"""Ices that differ from episode to episode, and what the agent knows of each.
+"""Ices that differ from episode to episode, with the agent's knowledge of each.
 
 `ices` of an environment is a list of ices, a folder of ice files, the fields of `RandomIces`, or a
-distribution of the user's: something with a method ``draw(rng)``, or a function of a random
-generator, itself or as ``module:object``. It returns an ice, or an ice and what is known of it.
+custom distribution: an object with a method ``draw(rng)``, or a function of a random generator,
+itself or as ``module:object``. It returns an ice, or a pair of an ice and the known ice.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from curling_env.infrastructure.plugins import load_plugin
 IceOption = Ice | str | Path | Mapping[str, Any]
 """An ice, its file, the name of a preset, or the content of a file."""
 IcePair = tuple[Ice, Ice]
-"""An ice, and the ice as it is known."""
+"""An ice and its known ice."""
 GivenIce = tuple[Ice | None, Ice | None]
-"""The ice and the known ice given to `reset`; None where not given."""
+"""The ice and the known ice given to `reset`; None if absent."""
 Made = TypeVar("Made")
-"""Playing surface of an environment: made of an ice and of what is known of it."""
+"""Playing surface of an environment, made from an ice and its known ice."""
 
 ICES_GROUP = "curling.ices"
 """The entry-point group of distributions of ices."""
 BLOCK = 32
-"""Number of ices that are drawn at once: more no longer fit a processor's cache."""
+"""Number of ices that are drawn at once: more would not fit a processor's cache."""
 ACCEPTED = (
     "a list of ices (names, files, Ice), a folder of ice files, 'random', the fields of "
     "RandomIces, something with draw(rng), a function of a random generator, or module:object"
@@ -45,7 +45,7 @@ def _as_known(ice: Ice) -> Ice:
 
 
 class EpisodeIces(Generic[Made]):
-    """The ice of every episode of an environment, and what the agent knows of it.
+    """Ice of every episode of an environment, with the known ice.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ class EpisodeIces(Generic[Made]):
         self._made: dict[tuple[int, int], tuple[Ice, Ice, Made]] = {}
 
     def _read(self, given: Any) -> tuple[Ice, ...]:
-        """Take a distribution of ices; return how those of a list are known."""
+        """Read a distribution of ices; return the known ices of a list."""
         if given == "random" or isinstance(given, Mapping):
             given = dataclass_from(RandomIces, "ices", {} if given == "random" else given)
         if isinstance(given, RandomIces):
@@ -115,13 +115,13 @@ class EpisodeIces(Generic[Made]):
 
     @property
     def usual(self) -> Ice:
-        """The ice of every episode, or one like those of the episodes."""
+        """Ice of every episode, or a typical one."""
         return self._usual
 
     @usual.setter
     def usual(self, ice: IceOption) -> None:
         if self._has_ices:
-            raise InputError("this environment draws its ice from ices; set none as well")
+            raise InputError("ice cannot be set: this environment draws its ice from ices")
         self._usual = load_ice(ice)
 
     @property
@@ -131,13 +131,13 @@ class EpisodeIces(Generic[Made]):
 
     @property
     def known(self) -> tuple[Ice, ...]:
-        """The ices as the agent may know them, where that is settled before they are drawn."""
+        """Possible known ices, if they are fixed in advance."""
         if self.known_ice is not None:
             return (self.known_ice,)
         return self._listed or (self._usual,)
 
     def given(self, options: dict[str, Any]) -> GivenIce:
-        """Take `ice` and `known_ice` out of the options of a reset; None where they are not there.
+        """Take `ice` and `known_ice` out of the options of a reset; None if absent.
 
         Raises
         ------
@@ -148,7 +148,7 @@ class EpisodeIces(Generic[Made]):
         return ice, known
 
     def draw(self, rng: np.random.Generator, given: GivenIce = (None, None)) -> Made:
-        """Draw the playing surface of an episode that begins.
+        """Draw the playing surface of a new episode.
 
         Parameters
         ----------
@@ -174,7 +174,7 @@ class EpisodeIces(Generic[Made]):
     def draw_many(
         self, rngs: Sequence[np.random.Generator], given: GivenIce = (None, None)
     ) -> list[Made]:
-        """Draw the playing surfaces of episodes that begin, as by `draw` with each generator."""
+        """Draw the playing surfaces of new episodes, as by `draw` with each generator."""
         family = self._family
         many = self._make_many
         if many is None or family is None or given != (None, None) or self.known_ice is not None:
@@ -183,7 +183,7 @@ class EpisodeIces(Generic[Made]):
         return [one for block in blocks for one in many(family, family.draw_many(block))]
 
     def on(self, ice: Ice, known: Ice) -> Made:
-        """Return the playing surface made of an ice and the ice as it is known."""
+        """Return the playing surface of an ice and its known ice."""
         key = id(ice), id(known)
         kept = self._made.get(key)
         if kept is not None and kept[0] is ice and kept[1] is known:
@@ -194,7 +194,7 @@ class EpisodeIces(Generic[Made]):
         return made
 
     def known_as(self, ice: Ice) -> KnownIce:
-        """Return the agent's knowledge of an ice; the same object for ices that recur."""
+        """Return the known ice of an ice; the same object for recurring ices."""
         kept = self._knowns.get(id(ice))
         if kept is not None and kept[0] is ice:
             return kept[1]
@@ -204,7 +204,7 @@ class EpisodeIces(Generic[Made]):
         return known
 
     def _recurs(self, ice: Ice) -> bool:
-        """Return whether an ice comes again in later episodes."""
+        """Return whether an ice recurs in later episodes."""
         return (
             ice is self._usual
             or ice is self.known_ice
@@ -213,7 +213,7 @@ class EpisodeIces(Generic[Made]):
 
 
 def _pair(given: Any) -> IcePair:
-    """An ice and what is known of it, from that or from an ice alone."""
+    """Return an ice and its known ice, from a pair or from an ice alone."""
     if not isinstance(given, tuple):
         ice = load_ice(given)
         return ice, ice

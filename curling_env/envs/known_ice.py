@@ -1,8 +1,8 @@
 """Ice features of an observation, as numbers within ±1.
 
-The mean friction, its differences from place to place, and every parameter of every effect, as the
-effects' cards say: one number each, unless a card says that two act as one. All is seen along the
-direction of play, so that what is learnt towards one end serves towards the other.
+The mean friction, its differences from place to place, and every parameter of every effect
+according to its card: one number each, unless a card combines two. Everything is relative to the
+direction of play, so that a policy learned towards one end applies to the other.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from curling_env.typing import Floats, Singles
 BANDS = 8
 """Number of bands of ice from the delivery hog line to the far back line whose μ is observed."""
 LANES = ("left", "middle", "right")
-"""Thirds of the sheet's width whose μ is observed, seen along the direction of play."""
+"""Thirds of the sheet's width whose μ is observed, along the direction of play."""
 MU_SCALE = 0.01
 """Friction that counts as 0; friction e² times as large counts as 1."""
 VARIATION_SCALE = 0.2
@@ -32,11 +32,11 @@ VARIATION_SCALE = 0.2
 WEAR_SCALE = 0.05
 """Relative change of a band's friction by wear that counts as 1."""
 LINEAR = 0.5
-"""Numbers up to this are kept as they are; larger ones approach ±1, so that none is cut off."""
+"""Largest unchanged number; larger ones approach ±1 without clipping."""
 
 
 def squash(value: ArrayLike) -> Floats:
-    """Numbers on the scale of an observation: within ±1, and different for different numbers."""
+    """Squash numbers into the range of an observation, ±1; different numbers stay different."""
     value = np.asarray(value, dtype=np.float64)
     size = np.abs(value)
     beyond = 1.0 - LINEAR**2 / np.maximum(size, LINEAR)
@@ -51,15 +51,15 @@ def unsquash(value: ArrayLike) -> Floats:
 
 
 def mean_friction(value: ArrayLike) -> Floats:
-    """Return the mean friction that the first number of `KnownIce.features` stands for.
+    """Return the mean friction of the first number of `KnownIce.features`.
 
-    Beyond e² times more or less than `MU_SCALE`, as on no curling ice, it is taken for that.
+    It is limited to e² times more or less than `MU_SCALE`, far beyond any curling ice.
     """
     return MU_SCALE * np.exp(2 * np.clip(unsquash(value), -1.0, 1.0))
 
 
 def observed_parameters() -> list[tuple[EffectCard, Parameter, float]]:
-    """List the effect parameters of the ice that an agent observes, as their cards say.
+    """List the observed effect parameters of the ice, according to their cards.
 
     Returns
     -------
@@ -143,7 +143,7 @@ class KnownIce:
 
 
 def ice_features(ice: Ice, direction: Direction) -> Singles:
-    """Return the features of an ice that an agent observes, seen along a direction of play.
+    """Return the observed features of an ice along a direction of play.
 
     Parameters
     ----------
@@ -173,7 +173,9 @@ def features_of_maps(ice: Ice, mu: Floats, effects: Floats, direction: Direction
 
 
 def _map_numbers(ice: Ice, mu: Floats, direction: Direction) -> Floats:
-    """Mean and differences from it of maps (n, rows, columns) on the cells of an ice, (n, 25)."""
+    """Return the mean of maps (n, rows, columns) on the cells of an ice, and differences from it,
+    (n, 25).
+    """
     weights = _band_weights(ice.sheet, ice.friction.interpolation == "bilinear", direction)
     bands = mu.reshape(len(mu), -1) @ weights
     mean = bands.mean(axis=1, keepdims=True)
@@ -207,14 +209,14 @@ def effect_numbers(ice: Ice, direction: Direction) -> Floats:
 
 
 def _cards(*, of_stones: bool) -> list[EffectCard]:
-    """Cards of the effects that a stone feels: those of single stones, or all others."""
+    """Return cards of the effects on a stone: those of single stones, or all others."""
     felt = [card for card in catalogue().values() if card.is_physical and card.acts != "map"]
     chosen = [card for card in felt if (card.search.stone is not None) is of_stones]
     return sorted(chosen, key=lambda card: card.observed_order)
 
 
 def _numbers(card: EffectCard, effects: list[ActiveEffect], direction: Direction) -> list[float]:
-    """The parameters of the effects of one name; more than there are places for add to the last."""
+    """Return the parameters of the effects of one name; surplus ones are added to the last."""
     rows = np.zeros((card.observed_times, len(card.observed_parameters)))
     for number, effect in enumerate(effects):
         given = _values(card, effect)
@@ -227,7 +229,7 @@ def _numbers(card: EffectCard, effects: list[ActiveEffect], direction: Direction
 
 
 def _values(card: EffectCard, effect: ActiveEffect) -> Values:
-    """Return all parameters of an effect as agents observe them, also those its ice leaves out."""
+    """Return all observed parameters of an effect, including those absent from the ice."""
     names = (parameter.name for parameter in card.parameters)
     given = dict(zip(names, card.theta(effect.parameters), strict=True))
     for parameter in card.parameters:
@@ -237,7 +239,7 @@ def _values(card: EffectCard, effect: ActiveEffect) -> Values:
 
 
 def _scale(card: EffectCard, parameter: Parameter) -> float:
-    """The difference from doing nothing that counts as 1."""
+    """Return the difference from the neutral value that counts as 1."""
     if parameter.name in card.observed:
         return card.observed[parameter.name]
     zero = parameter.neutral or 0.0
@@ -255,7 +257,7 @@ def _stone_parameters() -> list[tuple[EffectCard, Parameter]]:
 
 
 def _own_numbers(ice: Ice) -> dict[int, Floats]:
-    """Return, for each stone with its own effects, its numbers in the order of `stone_names`."""
+    """Return the numbers of each stone with separate effects, in the order of `stone_names`."""
     parameters = _stone_parameters()
     found: dict[int, Floats] = {}
     for card in _cards(of_stones=True):
@@ -275,7 +277,7 @@ _ALONG, _ACROSS = 8, 6
 
 
 def _points(sheet: Sheet, direction: Direction) -> Floats:
-    """Points over all bands and lanes, (8 BANDS, 18, 2), sheet frame [m]."""
+    """Return points over all bands and lanes, (8 BANDS, 18, 2), sheet frame [m]."""
     along = np.linspace(-HOG_LINE_Y, BACK_LINE_Y, BANDS * _ALONG + 1)
     half = sheet.width / 2
     across = np.linspace(-half, half, len(LANES) * _ACROSS + 1)
@@ -285,5 +287,5 @@ def _points(sheet: Sheet, direction: Direction) -> Floats:
 
 
 def _band_means(values: Floats) -> Floats:
-    """Means over each band and lane, (BANDS, 3)."""
+    """Return means over each band and lane, (BANDS, 3)."""
     return values.reshape(BANDS, _ALONG, len(LANES), _ACROSS).mean(axis=(1, 3))

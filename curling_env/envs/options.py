@@ -1,7 +1,7 @@
 """Options of the environments as plain data: numbers, names, lists and mappings.
 
-So that a specification can be written as JSON or YAML, every option that is an object may be given
-as a mapping of its fields as well. A wrong option is reported in one line, with what was expected.
+Every option that is an object may also be a mapping of its fields, so that a specification can be
+written as JSON or YAML. An invalid option is reported in one line with the accepted values.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ Kind = TypeVar("Kind")
 
 
 def brief(value: Any) -> str:
-    """A value as an error message shows it."""
+    """Return a value shortened for an error message."""
     text = repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def dataclass_from(kind: type[Kind], name: str, given: Any) -> Kind:
-    """An object from a mapping of its fields, in which lists become tuples.
+    """Make an object from a mapping of its fields, in which lists become tuples.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def dataclass_from(kind: type[Kind], name: str, given: Any) -> Kind:
 
 
 def whole_number(name: str, value: Any, *, least: int | None = None) -> int:
-    """A whole number, and no less than the least.
+    """Check a whole number with a minimum.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def whole_number(name: str, value: Any, *, least: int | None = None) -> int:
 
 
 def number(name: str, value: Any, *, above: float, most: float) -> float:
-    """A number above a bound, and at most another.
+    """Check a number above a bound and at most another.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def number(name: str, value: Any, *, above: float, most: float) -> float:
 
 
 def floats_from(wanted: str, given: Any) -> Floats:
-    """Whatever is given, as an array of numbers.
+    """Convert a value to an array of numbers.
 
     Parameters
     ----------
@@ -150,28 +150,30 @@ def one_of(name: str, value: Any, choices: Sequence[Any]) -> Any:
 
 
 def skill_from(name: str, given: Any) -> Skill:
-    """A player's execution error: a name, a `Skill`, or a mapping of its standard deviations."""
+    """Return a player's execution error: from a name, a `Skill`, or a mapping of its standard
+    deviations.
+    """
     if isinstance(given, Mapping):
         given = dataclass_from(Skill, name, {"name": "own", **cast("Mapping[str, Any]", given)})
     return skill_named(given)
 
 
 def players_from(name: str, given: Any) -> tuple[Skill, ...]:
-    """Execution errors of a team: one for all, or a sequence with one for each player."""
+    """Return execution errors of a team: one for all, or a sequence with one for each player."""
     if isinstance(given, Sequence) and not isinstance(given, str):
         return tuple(skill_from(name, one) for one in cast("Sequence[Any]", given))
     return (skill_from(name, given),)
 
 
 def delivery_from(given: Any) -> Delivery:
-    """Return where throws begin, from a name, a `Delivery`, or a mapping of its fields."""
+    """Return the start of throws, from a name, a `Delivery`, or a mapping of its fields."""
     if isinstance(given, Mapping):
         return dataclass_from(Delivery, "delivery", given)
     return delivery_named(given)
 
 
 def rules_from(given: Any, ends: int | None = None) -> RuleSet:
-    """A set of rules: a name, a `RuleSet`, or a mapping of a name and of what differs from it."""
+    """Return a set of rules, from a name, a `RuleSet`, or a mapping of a name and changes."""
     changes: dict[str, Any] = {} if ends is None else {"ends": ends}
     if isinstance(given, Mapping):
         mapping = dict(cast("Mapping[str, Any]", given))
@@ -193,7 +195,7 @@ EVOLUTIONS = {"none": NO_EVOLUTION, "typical": TYPICAL_EVOLUTION}
 
 
 def evolution_from(given: Any) -> IceEvolution:
-    """Return how the ice changes, from a name, an `IceEvolution`, or a mapping of its fields."""
+    """Return the change of the ice, from a name, an `IceEvolution`, or a mapping of its fields."""
     if isinstance(given, str):
         if given not in EVOLUTIONS:
             raise InputError(
@@ -205,7 +207,7 @@ def evolution_from(given: Any) -> IceEvolution:
 
 
 def reset_options(given: Any, known: Iterable[str]) -> dict[str, Any]:
-    """The options of a `reset`, by name.
+    """Return the options of a `reset`, by name.
 
     Raises
     ------

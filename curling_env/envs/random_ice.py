@@ -1,8 +1,8 @@
-"""Domain randomisation: random ices to learn on, each known only by an estimate of its map.
+"""Domain randomisation: random ices for training, each known by an estimate of its map.
 
-`RandomIces` says what differs from ice to ice, and by how much. The defaults are like the sheets
-of one event: draw times from hog line to tee within about 0.8 s of each other, heavy and keen areas
-of a few per cent, and a map estimated from films.
+`RandomIces` has the spreads of their properties. The defaults resemble the sheets of one event:
+draw times from hog line to tee within about 0.8 s of each other, heavy and keen areas of a few per
+cent, and a map estimated from films.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ KNOWLEDGE = ("map", "mean", "nothing")
 
 
 class DrawnIces(NamedTuple):
-    """Ices drawn at once, and an estimate of each one's map.
+    """Ices drawn at once, with an estimate of each map.
 
     Parameters
     ----------
@@ -41,13 +41,13 @@ class DrawnIces(NamedTuple):
     error: float
 
     def estimate(self, k: int) -> Ice:
-        """The k-th ice with its estimated map."""
+        """Return the k-th ice with its estimated map."""
         return replace(self.ices.ice(k), friction=_friction(self.estimated[k], self.error))
 
 
 @dataclass(frozen=True, kw_only=True)
 class RandomIces:
-    """Ices like a base ice, each with its own friction.
+    """Variations of a base ice, each with its own friction.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class RandomIces:
                 raise InputError(f"{name} must be a whole number of at least 0, got {value!r}")
 
     def draw(self, rng: np.random.Generator, knows: str | None = None) -> tuple[Ice, Ice]:
-        """Draw an ice and what is known of it.
+        """Draw an ice and its known ice.
 
         Parameters
         ----------
@@ -125,7 +125,7 @@ class RandomIces:
         for rng, row in zip(rngs, numbers, strict=True):
             rng.standard_normal(out=row)
         level, curl, *_ = numbers.T
-        # Worked in place: new arrays of this size cost more than the arithmetic.
+        # Computed in place: new arrays of this size cost more than the arithmetic.
         mu = left @ (numbers[:, 2 : 2 + count].reshape(-1, *areas) @ right.T)
         mu += self.level * level[:, None, None]
         np.exp(mu, out=mu)
@@ -137,7 +137,7 @@ class RandomIces:
         return DrawnIces(ices, estimated, self.error)
 
     def features(self, drawn: DrawnIces, direction: Direction) -> Singles:
-        """Return the features of ices as agents know them, (n, m); see `KnownIce.features`."""
+        """Return the features of known ices, (n, m); see `KnownIce.features`."""
         known_mu = drawn.estimated
         if self.knows == "nothing":
             known = ice_features(self.family.base, direction)
@@ -151,7 +151,9 @@ class RandomIces:
 
     @cached_property
     def _known_effects(self) -> dict[Direction, tuple[Floats, Floats]]:
-        """Numbers of the effects on the base, and their growth with the strength of the curl."""
+        """Return numbers of the effects on the base, and their slope with the strength of the
+        curl.
+        """
         found: dict[Direction, tuple[Floats, Floats]] = {}
         for end in Direction:
             base, half = (effect_numbers(self.family.at(factor), end) for factor in (1.0, 0.5))
@@ -160,7 +162,7 @@ class RandomIces:
 
     @cached_property
     def family(self) -> IceFamily:
-        """Common part of the ices: all but the map and the strength of the curl."""
+        """Common part of the ices: everything except the map and the strength of the curl."""
         return IceFamily(load_ice(self.base), "curl")
 
     @cached_property
@@ -175,7 +177,7 @@ class RandomIces:
         return (self.areas * areas[0], areas[1]), (self.error * errors[0], errors[1])
 
     def as_known(self, estimate: Ice, knows: str) -> Ice:
-        """An estimated ice as it is for an agent that knows one of `KNOWLEDGE`."""
+        """Return the known ice of an agent with one of `KNOWLEDGE`."""
         if knows == "nothing":
             return self.family.base
         if knows == "map":

@@ -1,7 +1,7 @@
-"""Films of episodes: every slide from release to rest, as H.264 that browsers and phones play.
+"""Films of episodes: every slide from release to rest, as H.264 for browsers and phones.
 
-Gymnasium's own `RecordVideo` keeps one picture a step, and a step here is a whole throw; its
-`save_video` holds all pictures of an episode in memory, 9 GB for an end.
+Gymnasium's own `RecordVideo` keeps one frame per step, which here is a whole throw; its
+`save_video` keeps all frames of an episode in memory, 9 GB for an end.
 """
 
 # av comes without complete types.
@@ -27,11 +27,11 @@ from curling_env.infrastructure.files.writing import atomic_path, fitted, make_d
 from curling_env.typing import Image
 
 HELD = FPS
-"""Pictures of the position with which a film begins."""
+"""Number of frames of the initial position of a film."""
 
 
 class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
-    """Films whole episodes into ``FOLDER/PREFIX-episode-N.mp4``, throw by throw.
+    """Wrapper that films whole episodes into ``FOLDER/PREFIX-episode-N.mp4``, throw by throw.
 
     A film appears under its name when its episode is over, begins again or is closed.
 
@@ -72,7 +72,7 @@ class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
                 f"{env} with {env.render_mode!r}"
             )
         self._folder = make_directory(video_folder)
-        self._trigger = episode_trigger or _now_and_then
+        self._trigger = episode_trigger or _is_filmed_by_default
         self._prefix = name_prefix
         self._speed = number("speed", speed, above=0.0, most=1000.0)
         self._episode = -1
@@ -93,7 +93,7 @@ class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         return seen
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Make a step, and film all of it."""
+        """Make a step, and film it completely."""
         result = self.env.step(action)
         if self._film is not None:
             unwrapped: Any = self.env.unwrapped
@@ -104,7 +104,7 @@ class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         return result
 
     def close(self) -> None:
-        """Finish the film that is being made, and close the environment."""
+        """Finish the current film, and close the environment."""
         self._finish()
         super().close()
 
@@ -114,13 +114,13 @@ class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             film.close()
 
 
-def _now_and_then(episode: int) -> bool:
+def _is_filmed_by_default(episode: int) -> bool:
     """Return whether an episode is filmed by default."""
     return round(episode ** (1 / 3)) ** 3 == episode if episode < 1000 else episode % 1000 == 0
 
 
 class _Film:
-    """An MP4 file that is being written.
+    """MP4 file in progress.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ class _Film:
             self._container.mux(self._stream.encode(stored))
 
     def close(self) -> None:
-        """Write what is left; the film then stands under its name."""
+        """Write the rest; the film then has its final name."""
         if self._stream is not None:
             self._container.mux(self._stream.encode(None))
         self._stack.close()

@@ -12,13 +12,13 @@ def register() -> None:
             "CurlingSheet-v0",
             "sheet.env:CurlingSheetEnv",
             "sheet.vector_env:CurlingSheetVectorEnv",
-            1.0,  # what a stone 10 cm from the target earns
+            1.0,  # reward of a stone 10 cm from the target
         ),
         (
             "CurlingEnd-v0",
             "game.end_env:CurlingEndEnv",
             "game.end_vector_env:CurlingEndVectorEnv",
-            0.2,  # points an end against `rulebased`: more than it scores against itself
+            0.2,  # points per end against `rulebased`: more than its own against itself
         ),
     ):
         if name not in gymnasium.registry:

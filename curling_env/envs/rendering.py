@@ -17,26 +17,26 @@ from curling_env.typing import Image
 
 RENDER_MODES = ("rgb_array", "rgb_array_list", "human")
 FPS = 30
-"""Pictures a second of films and windows."""
+"""Frames per second of films and windows."""
 FILM_SPEED = 4.0
-"""Default factor by which a film shows a throw faster than it happened."""
+"""Default playback speed of a film."""
 
 Clip = TypeVar("Clip")
-"""A throw with the positions before and after it, or a position alone."""
+"""Throw with the positions before and after it, or a position alone."""
 
 
 def signed(value: float, unit: str) -> str:
-    """A number of the panel with its sign and unit: ``−2.86°``."""
+    """Format a number of the panel with its sign and unit: ``−2.86°``."""
     return f"{value:+.2f}{unit}".replace("-", "−")
 
 
 class ClipRenderer(ABC, Generic[Clip]):
-    """Draws the clips of an environment."""
+    """Renderer of the clips of an environment."""
 
     title: str
     """Title of the window."""
     window_speed: float
-    """Factor by which a window shows a throw faster than it happened."""
+    """Playback speed of a window."""
 
     def __init__(self) -> None:
         self._ice: Ice | None = None
@@ -44,11 +44,11 @@ class ClipRenderer(ABC, Generic[Clip]):
 
     @abstractmethod
     def picture(self, clip: Clip) -> Image:
-        """The sheet after a throw with its paths, (720, 1280, 3) RGB."""
+        """Return the sheet after a throw with its paths, (720, 1280, 3) RGB."""
 
     @abstractmethod
     def frames(self, clip: Clip, speed: float) -> Iterator[Image]:
-        """A throw as a film, `speed` times as fast as it happened."""
+        """Yield the frames of a throw at `speed` times the true speed."""
 
     def sheet(self, ice: Ice, direction: Direction) -> SheetRenderer:
         """Return the renderer of an ice as played to an end; it paints the sheet only once."""
@@ -60,7 +60,7 @@ class ClipRenderer(ABC, Generic[Clip]):
 
 
 class Screen(Generic[Clip]):
-    """Shows what happens in an environment, as its render mode asks.
+    """Display of an environment according to its render mode.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class Screen(Generic[Clip]):
         self._window: PictureWindow | None = None
 
     def begin(self, clips: Iterable[Clip]) -> None:
-        """Show the beginning of an episode; what was not yet called for is dropped."""
+        """Show the beginning of an episode; pending frames are dropped."""
         self._film = []
         self.add(clips)
 
@@ -102,7 +102,7 @@ class Screen(Generic[Clip]):
                 self._window.show(frame)
 
     def render(self, now: Clip) -> Any:
-        """The picture or the film that the render mode asks for; None without one.
+        """Return the picture or the film of the render mode; None without one.
 
         Parameters
         ----------
@@ -116,12 +116,12 @@ class Screen(Generic[Clip]):
         return self._renderer.picture(now) if self._mode == "rgb_array" else None
 
     def frames(self, clips: Sequence[Clip], speed: float) -> Iterator[Image]:
-        """Clips as one film, picture by picture."""
+        """Yield the frames of clips as one film."""
         for clip in clips:
             yield from self._renderer.frames(clip, speed)
 
     def close(self) -> None:
-        """Close the window, if there is one."""
+        """Close the window, if any."""
         if self._window is not None:
             self._window.close()
             self._window = None

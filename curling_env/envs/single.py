@@ -1,4 +1,4 @@
-"""A single environment in Gymnasium's form: a view of a core with one episode."""
+"""Single environment in Gymnasium's form: a view of a core with one episode."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class SingleEnv(Core[Episodes], gymnasium.Env[Any, Any]):
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # noqa: RUF012
     title: str
-    """The name by which the environment is made."""
+    """Name of the environment."""
 
     def __init__(
         self,
@@ -97,15 +97,15 @@ class SingleEnv(Core[Episodes], gymnasium.Env[Any, Any]):
         return self._observe(), float(rewards[0]), over, False, self.returned(info)
 
     def render(self) -> Any:
-        """The sheet from above as an RGB picture, with the paths of the last throw on it.
+        """Return the sheet from above as an RGB picture, with the paths of the last throw.
 
-        With the render mode ``rgb_array_list``, the pictures of a film of what has happened since
-        the last call, at `metadata["render_fps"]` a second and four times as fast as it was.
+        With the render mode ``rgb_array_list`` return the frames of a film since the last call, at
+        `metadata["render_fps"]` and four times the true speed.
         """
         return self._screen.render(self._clips()[-1])
 
     def frames(self, speed: float = 1.0) -> Iterator[Image]:
-        """The last step as a film: pictures at `metadata["render_fps"]`.
+        """Yield the frames of a film of the last step, at `metadata["render_fps"]`.
 
         Parameters
         ----------
@@ -118,7 +118,7 @@ class SingleEnv(Core[Episodes], gymnasium.Env[Any, Any]):
         yield from self._screen.frames(self._clips(), speed)
 
     def close(self) -> None:
-        """Close the window, if there is one."""
+        """Close the window, if any."""
         self._screen.close()
 
     # --- the parts ------------------------------------------------------------------------------
@@ -129,7 +129,7 @@ class SingleEnv(Core[Episodes], gymnasium.Env[Any, Any]):
 
     @abstractmethod
     def _clips(self) -> Sequence[Any]:
-        """The throws of the last reset or step, or the position where there were none."""
+        """Return the throws of the last reset or step, or the position without throws."""
 
     def _check_begun(self) -> None:
         if not self._was_reset:

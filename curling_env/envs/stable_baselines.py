@@ -1,4 +1,4 @@
-"""The vector environments in the form that stable-baselines3 trains on.
+"""Vector environments in the form of stable-baselines3.
 
 Needs stable-baselines3: ``pip install 'curling-sheet[train]'``.
 """
@@ -26,11 +26,11 @@ from curling_env.typing import Flags, Floats
 EnvIndices = None | int | Iterable[int]
 
 INFO_KEYS = ("distance_m", "status", "success", "score", "reward_parts", "action_mask")
-"""The parts of an environment's `info` that are passed on, where it has them."""
+"""Parts of an environment's `info` that are passed on, if present."""
 
 
 class CurlingVecEnv(VecEnv):
-    """Many sheets or ends at once, simulated together, for stable-baselines3.
+    """Vector environment of sheets or ends, simulated together, for stable-baselines3.
 
     ``PPO("MlpPolicy", CurlingVecEnv("CurlingSheet-v0", n_envs=256, skill="club"))``
 
@@ -94,7 +94,7 @@ class CurlingVecEnv(VecEnv):
         return observations
 
     def _asked(self) -> dict[str, Any] | None:
-        """The options of a reset, which all environments share.
+        """Return the options of a reset, which all environments share.
 
         Raises
         ------
@@ -102,7 +102,7 @@ class CurlingVecEnv(VecEnv):
         """
         first = self._options[0] if self._options else {}
         if any(options != first for options in self._options):
-            raise InputError("environments side by side begin with the same options")
+            raise InputError("expected the same reset options for all environments")
         return first or None
 
     def step_async(self, actions: Any) -> None:
@@ -140,30 +140,30 @@ class CurlingVecEnv(VecEnv):
         self.sheets.close()
 
     def get_attr(self, attr_name: str, indices: EnvIndices = None) -> list[Any]:
-        """An attribute of the environments; it is the same for all."""
+        """Return an attribute of the environments, the same for all."""
         return [getattr(self.sheets, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: EnvIndices = None) -> None:
         """Not possible: the environments share their attributes."""
-        raise InputError("environments side by side share their attributes; make new ones")
+        raise InputError("attributes are shared by all environments; make new environments")
 
     def env_method(
         self, method_name: str, *method_args: Any, indices: EnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """The result of a method: `action_masks` of each, others of all together."""
+        """Return the result of a method: `action_masks` of each, others of all together."""
         result = getattr(self.sheets, method_name)(*method_args, **method_kwargs)
         of_each = method_name == "action_masks"
         return [result[i] if of_each else result for i in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: type, indices: EnvIndices = None) -> list[bool]:
-        """Return whether a wrapper's work is done here: only that of `Monitor`."""
+        """Return whether a wrapper is built in: only `Monitor` is."""
         return [issubclass(wrapper_class, Monitor) for _ in self._get_indices(indices)]
 
 
 def _share_out(
     infos: list[dict[str, Any]], rows: list[int], name: str, source: dict[str, Any]
 ) -> None:
-    """Give a part of `info` to the environments that have it."""
+    """Distribute a part of `info` to the environments that have it."""
     value: Any = source[name]
     there = source[f"_{name}"]
     for i in rows:

@@ -1,4 +1,4 @@
-"""Many environments at once in Gymnasium's form: a view of a core with many episodes."""
+"""Vector environment in Gymnasium's form: a view of a core with many episodes."""
 
 # Gymnasium leaves the spaces of a VectorEnv partly untyped.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -20,7 +20,7 @@ from curling_env.typing import Flags, Floats, Indices
 
 
 class EnvsTogether(Core[Episodes], VectorEnv[Any, Any, Any]):
-    """Many episodes, whose throws are simulated together.
+    """Many episodes with throws simulated together.
 
     A subclass calls `place` before it reads the options of its core.
     """
@@ -28,7 +28,7 @@ class EnvsTogether(Core[Episodes], VectorEnv[Any, Any, Any]):
     def place(
         self, num_envs: int, autoreset_mode: AutoresetMode | str, render_mode: str | None
     ) -> None:
-        """Take the arguments that only vector environments have.
+        """Set the arguments of vector environments.
 
         Raises
         ------
@@ -58,12 +58,12 @@ class EnvsTogether(Core[Episodes], VectorEnv[Any, Any, Any]):
 
     @property
     def np_random_seed(self) -> tuple[int | None, ...]:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """The seed that each environment was last reset with; None where it was given none."""
+        """Seed of each environment's last reset; None without a given one."""
         return tuple(self._seeds)
 
     @property
     def np_random(self) -> tuple[np.random.Generator, ...]:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """The generators of the environments.
+        """Random generators of the environments.
 
         Raises
         ------
@@ -163,7 +163,7 @@ def _autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:
 
 
 def _seeds(seed: Any, count: int) -> list[int | None]:
-    """A seed for each environment: none, consecutive ones, or those given.
+    """Return a seed for each environment: none, consecutive ones, or the given ones.
 
     Raises
     ------
@@ -186,7 +186,7 @@ def _seeds(seed: Any, count: int) -> list[int | None]:
 
 
 def _reset_mask(mask: Any, count: int) -> Flags:
-    """The environments that a `reset` begins: a boolean for each, one of them True."""
+    """Return the environments of a `reset`: a boolean for each, at least one of them True."""
     if mask is None:
         return np.ones(count, dtype=np.bool_)
     mask = np.asarray(mask)

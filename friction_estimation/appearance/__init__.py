@@ -1,7 +1,8 @@
-"""Appearance of a stone to a camera: its model, a fit in one frame, and learning its look.
+"""Appearance of a stone in a film: its model, its fit in one frame, and its estimation.
 
 `model` is the shape of a stone, `painting` its picture, `fit` finds it in a frame and `occlusion`
-does so among other stones. `learning` finds from a film what no scene file says of a stone.
+does so among other stones. `learning` estimates the properties of a stone that are not in a scene
+file.
 """
 
 from curling_env.infrastructure.lazy_names import lazy_names
@@ -9,7 +10,7 @@ from friction_estimation.appearance.crops import (
     Crop,
     clear_surroundings,
     crops_at,
-    those_explained,
+    explained_crops,
     total_misfit,
     unexplained_share,
 )
@@ -23,8 +24,8 @@ from friction_estimation.appearance.fit import (
 from friction_estimation.appearance.handle import heading_costs, heading_crop
 from friction_estimation.appearance.learning import (
     adapt_appearance,
+    as_reversible,
     learn_appearance,
-    turned_alike,
 )
 from friction_estimation.appearance.model import PixelWindow, StoneModel
 from friction_estimation.appearance.occlusion import PosedStone, fill_hidden, measure_occluded
@@ -41,17 +42,17 @@ __all__ = [
     "StoneFit",
     "StoneModel",
     "adapt_appearance",
+    "as_reversible",
     "channels_of",
     "clear_surroundings",
     "crops_at",
+    "explained_crops",
     "fill_hidden",
     "heading_costs",
     "heading_crop",
     "learn_appearance",
     "measure_occluded",
-    "those_explained",
     "total_misfit",
-    "turned_alike",
     "unexplained_share",
 ]
 

@@ -1,9 +1,10 @@
-"""Places of the stone under looks that fit nearly as well: likelihood along the line of sight.
+"""Positions of the stone under appearances that fit nearly as well: likelihood along the line of
+sight.
 
-A higher stone that is nearer to the camera looks almost like a lower one farther away, if its foot
-and its edges are a little different. From one best look alone this is not seen: far along that
-valley the shape changes otherwise than beside its bottom. So all crops are moved together along
-their lines of sight, and for each such step the most likely shape is found again.
+A higher stone nearer to the camera looks almost like a lower one farther away, if its foot and its
+edges differ slightly. The curvature at the best appearance does not show this, because the shape
+changes differently farther along that valley. All crops are therefore moved together along their
+lines of sight, and the most likely shape is found again at each step.
 """
 
 from __future__ import annotations
@@ -54,10 +55,10 @@ def sight_uncertainty(
 
 
 def likely_rise(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> tuple[float, float]:
-    """By how much higher than in a look the pictures show the stone, and its standard error [m].
+    """Height of the stone in the pictures above that of an appearance, with its standard error [m].
 
-    Higher, the stone is nearer to the camera. What pictures hardly tell moves it little, but counts
-    as an error.
+    A higher stone is nearer to the camera. If the pictures hardly determine the height, it changes
+    little but has a large error.
 
     Parameters
     ----------
@@ -86,7 +87,9 @@ def likely_rise(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> t
 
 
 def _raised(crop: Crop, rise: float) -> Crop:
-    """The crop of a stone that is nearer to the camera, as far as one that much higher looks."""
+    """Return the crop with the stone moved towards the camera, as for a stone that is higher by
+    this much.
+    """
     return replace(crop, pose=crop.pose + rise * np.append(_toward_camera(crop), 0.0))
 
 

@@ -1,4 +1,4 @@
-"""Names of the colours that handles have."""
+"""Names of the colours of handles."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ HUES = {
 }
 """Hue of each colour on the colour circle [degrees]."""
 MIN_SATURATION = 0.25
-"""Less of a colour than this is none."""
+"""Minimum saturation of a colour."""
 DARK, BRIGHT = 0.3, 0.75
-"""Brightness up to which such a handle is black, and from which on it is white."""
+"""Maximum brightness of a black handle, and minimum brightness of a white one."""
 CHROMATIC_SHARE = 0.12
-"""Part of a stone that its handle covers in any case; the granite around it has no colour."""
+"""Share of a stone that its handle covers at least; the granite around it has no colour."""
 INNER = 0.7
-"""Part of a stone's width and length within which its handle lies; farther out ice is seen too."""
+"""Share of a stone's width and length that contains its handle; farther out ice is visible too."""
 
 
 def handle_colour(picture: Image) -> Floats:
-    """Colour of a stone's handle, (3,) BGR: the median of the pixels that have most colour.
+    """Colour of a stone's handle, (3,) BGR: the median of the most saturated pixels.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def handle_colour(picture: Image) -> Floats:
 
 
 def colour_name(colour: Floats) -> HandleColour:
-    """Name a colour, (3,) BGR, as people do."""
+    """Name a colour, (3,) BGR."""
     pixel = np.asarray(colour, dtype=np.float32).reshape(1, 1, 3) / 255
     hue, saturation, value = (float(v) for v in cv2.cvtColor(pixel, cv2.COLOR_BGR2HSV)[0, 0])
     if saturation < MIN_SATURATION:

@@ -1,4 +1,4 @@
-"""Colours of a stone's parts, as its crops show them."""
+"""Colours of a stone's parts, from its crops."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from friction_estimation.appearance.tuning import COLOUR_ROUNDS
 
 
 def body_colour(crops: Sequence[Crop], model: StoneModel) -> Floats:
-    """The colour (3,) in the middle of what the stone covers, as if it had one colour only."""
+    """Median colour (3,) of the stone's pixels, as if it had a single colour."""
     black = np.zeros((len(PARTS), 3))
     look = Appearance(model=model, colours=black, noise=np.ones(3), has_handle=False)
     covered = np.concatenate(
@@ -56,7 +56,7 @@ def colours_of(crops: Sequence[Crop], look: Appearance) -> Floats:
 
 
 def _by_colours(crop: Crop, look: Appearance) -> tuple[Floats, Planes]:
-    """A crop as a linear function of the parts' colours.
+    """Return a crop as a linear function of the parts' colours.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Crops of a film around a stone, from which its look is learnt."""
+"""Crops of a film around a stone, for the estimation of its appearance."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Crop:
 
     @property
     def off_expected(self) -> float:
-        """By how much a stone that turns steadily is turned farther [rad]; 0 if it is not known."""
+        """Deviation of the heading from that of a steadily turning stone [rad]; 0 if unknown."""
         if self.expected is None:
             return 0.0
         return math.remainder(self.expected - float(self.pose[2]), 2 * math.pi)
@@ -66,7 +66,7 @@ def crops_at(
     model: StoneModel,
     windows: Mapping[float, PixelWindow] | None = None,
 ) -> list[Crop]:
-    """Return crops of those frames in which all of the stone is in the image.
+    """Return crops of the frames in which the whole stone is in the image.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def crops_at(
     u, v = background_origin
     for frame, t, xy in zip(frames, moments, places, strict=True):
         outline = model.outline_px(camera, xy)
-        # A little wider: the handle stands above the body, and the place is still rough.
+        # Slightly wider: the handle is above the body, and the position is still rough.
         size = 0.35 * float(np.ptp(outline, axis=0).max()) if len(outline) else 0.0
         window = window_at(camera, outline, MARGIN_PX + size)
         if windows is not None:
@@ -160,9 +160,11 @@ def coverage(crop: Crop, look: Appearance) -> Planes:
 
 
 def composite(cover: Planes, behind: Floats, colours: Floats) -> Floats:
-    """The picture (n, 3) of a stone with these colours over the ice; see `coverage` for `cover`."""
+    """Return the picture (n, 3) of a stone with these colours over the ice; see `coverage` for
+    `cover`.
+    """
     bare = 1 - cover[[0, 1, 1], :, : len(PARTS)].sum(axis=2).T
-    bare[:, 0] -= cover[0, :, SHADE]  # a shadow takes light, not colour
+    bare[:, 0] -= cover[0, :, SHADE]  # a shadow reduces light, not colour
     own = [light_of_parts(cover, channel) @ colours[:, channel] for channel in range(3)]
     return behind * bare + np.column_stack(own)
 
@@ -195,12 +197,12 @@ def misfit_of(crop: Crop, look: Appearance, planes: Planes) -> float:
 
 
 def total_misfit(crops: Sequence[Crop], look: Appearance) -> float:
-    """Sum of the crops' robust misfits to a look."""
+    """Sum of the crops' robust misfits to an appearance."""
     return sum(misfit_of(crop, look, painted_planes(crop, look)) for crop in crops)
 
 
 def unexplained_share(crops: Sequence[Crop], look: Appearance, grain: float = 0.0) -> float:
-    """Share of the difference from bare ice that the look leaves unexplained, 0 to 1.
+    """Unexplained share of the difference from bare ice, 0 to 1.
 
     Parameters
     ----------
@@ -216,8 +218,10 @@ def unexplained_share(crops: Sequence[Crop], look: Appearance, grain: float = 0.
     return max(total_misfit(crops, look) - noise, 0.0) / max(bare - noise, 1e-9)
 
 
-def those_explained(crops: Sequence[Crop], look: Appearance) -> list[Crop]:
-    """The crops of which a look leaves less than half unexplained; all where these are not most."""
+def explained_crops(crops: Sequence[Crop], look: Appearance) -> list[Crop]:
+    """Return the crops that an appearance explains by more than half; all if these are a
+    minority.
+    """
     like = [crop for crop in crops if unexplained_share([crop], look) < STRANGE_PICTURE]
     return like if len(like) > len(crops) / 2 else list(crops)
 
@@ -226,7 +230,7 @@ def residual_noise(crops: Sequence[Crop], look: Appearance) -> Floats:
     """Robust standard deviation of the residuals on the stone, per channel (3,).
 
     Residuals on the ice beside it are smaller: with these, every speckle of granite would count as
-    something in front of the stone.
+    an occlusion.
     """
     left: list[Floats] = []
     for crop in crops:

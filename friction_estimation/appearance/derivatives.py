@@ -41,7 +41,7 @@ KINDS = (
 LENGTH_STEP, STEP = 2e-3, 0.05
 """Steps of parameters that are lengths [m], and of all others, for derivatives."""
 LONGEST_SPREAD = 0.1
-"""Parameters that differ less from stone to stone are lengths."""
+"""Maximum prior standard deviation of a parameter that counts as a length."""
 TURN_STEP = 1e-2
 """The same of the heading [rad]."""
 
@@ -93,7 +93,7 @@ def picture_derivatives(
     )
     _add_colours(planes, shape, noise, jacobian[len(index) :][: 3 * parts])
     if poses:
-        # A small movement of the stone only shifts its picture.
+        # A small movement of the stone shifts its picture.
         by_shift = np.stack([composite_change(seen[:, [d, 0, 0]], behind) for d in (1, 2)])
         px = np.linalg.inv(window.scale[0] + 0.5 * look.model.height * window.scale[1])
         jacobian[-poses:][:2] = np.einsum("sp,s...->p...", px, by_shift) / noise
@@ -102,7 +102,7 @@ def picture_derivatives(
 
 
 def step_of(name: str) -> float:
-    """The step of a parameter of the shape [its unit]."""
+    """Return the step of a parameter of the shape [its unit]."""
     return LENGTH_STEP if SHAPE_SPREAD[name] < LONGEST_SPREAD else STEP
 
 

@@ -1,6 +1,7 @@
-"""Measuring a stone in one frame: its picture is fitted over the background to sub-pixel accuracy.
+"""Measurement of a stone in one frame: its picture is fitted over the background to sub-pixel
+accuracy.
 
-The fit is a robust Gauss-Newton on place and heading: a pixel that neither the stone nor the
+The fit is a robust Gauss-Newton on position and heading: a pixel that neither the stone nor the
 background explains (a sweeper's foot, a brush) loses its weight.
 """
 
@@ -40,7 +41,7 @@ from friction_estimation.film.frame import Frame
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ShapeUncertainty:
-    """Misplacement of a stone by an error of its learnt look, alike in all frames.
+    """Displacement of a stone by an error of its appearance, the same in all frames.
 
     Parameters
     ----------
@@ -55,7 +56,9 @@ class ShapeUncertainty:
     shift: Floats
 
     def at(self, xy: Floats) -> Floats:
-        """Standard error of each coordinate at places (n, 2) [m], by how far along the sheet."""
+        """Standard error of each coordinate at positions (n, 2) [m], interpolated along the
+        sheet.
+        """
         return self._along(self.sigma, xy)
 
     def shift_at(self, xy: Floats) -> Floats:
@@ -63,14 +66,14 @@ class ShapeUncertainty:
         return self._along(self.shift, xy)
 
     def mixed_with(self, other: ShapeUncertainty, share: float) -> ShapeUncertainty:
-        """Return the uncertainty if another look, fitted to the same crops, may be the right one.
+        """Return the uncertainty if another appearance, fitted to the same crops, may be correct.
 
         Parameters
         ----------
         share : probability of the other look, 0 to 1
         """
         apart = other.places + other.shift - self.places - self.shift
-        # From crop to crop noise changes it; along the path it changes slowly.
+        # It is noisy from crop to crop, but changes slowly along the path.
         along = self.places[:, 1] - self.places[:, 1].mean()
         bend = np.vander(along / max(float(np.ptp(along)), 1e-3), 3)
         apart = bend @ np.linalg.lstsq(bend, apart, rcond=1e-6)[0]
@@ -89,7 +92,7 @@ class ShapeUncertainty:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Appearance:
-    """The look of a stone in one film.
+    """Appearance of a stone in one film.
 
     Parameters
     ----------
@@ -133,13 +136,15 @@ class StoneFit:
 
 
 def channels_of(image: NDArray[np.uint8] | NDArray[np.float32]) -> Floats:
-    """BGR pixels (rows, columns, 3) as brightness and two colour differences, as films store."""
+    """Convert BGR pixels (rows, columns, 3) to brightness and two colour differences, as stored in
+    films.
+    """
     channels = cv2.transform(np.asarray(image, dtype=np.float64), FROM_BGR)
     return np.asarray(channels, dtype=np.float64)
 
 
 class PictureChannels:
-    """The channels of a picture, found where they are looked at: ``channels[rows, columns]``.
+    """Channels of a picture, computed where they are read: ``channels[rows, columns]``.
 
     All of them at once would take eight times the memory of the picture.
 
@@ -157,7 +162,7 @@ class PictureChannels:
 
 
 Channels = Floats | PictureChannels
-"""Channels of a picture (rows, columns, 3) that can be looked at in parts."""
+"""Channels of a picture (rows, columns, 3) that can be read in parts."""
 
 
 def fit_stone(
@@ -168,7 +173,7 @@ def fit_stone(
     start: Floats,
     expected: float | None = None,
 ) -> tuple[Floats, Floats, float, float]:
-    """Place and heading that explain the pixels of a window.
+    """Fit position and heading to the pixels of a window.
 
     Parameters
     ----------
@@ -193,7 +198,8 @@ def fit_stone(
     x, y, theta = np.asarray(start, dtype=np.float64).tolist()
     done = False
     for _ in range(MAX_PAINTINGS):
-        # The stone is painted once and its picture moved; after a long way it is painted again.
+        # The stone is painted once and its picture shifted; after a large shift it is painted
+        # again.
         x0, y0, theta0 = x, y, theta
         light, turning = _painted_light(window, appearance, x0, y0, theta0)
         slow_at = (np.inf, np.inf)
@@ -243,7 +249,7 @@ def fit_stone(
 def _painted_light(
     window: PixelWindow, appearance: Appearance, x: float, y: float, theta: float
 ) -> tuple[Planes, Planes | None]:
-    """A stone's coloured planes, and their derivative by the heading where it has one."""
+    """Return a stone's coloured planes, and their derivative by the heading if it has a handle."""
     shape, colours = appearance.model.shape(), appearance.colours
     planes = painted(window, shape, np.array([x, y, theta]), with_handle=appearance.has_handle)
     light = coloured(planes, colours)
@@ -261,7 +267,7 @@ def cut_out(
     appearance: Appearance,
     start: Floats,
 ) -> tuple[PixelWindow, Floats, Floats] | None:
-    """The window that a stone at `start` is fitted in, its pixels and its background.
+    """Return the window in which a stone at `start` is fitted, its pixels and its background.
 
     Parameters
     ----------
@@ -301,7 +307,7 @@ def fit_window(
     appearance: Appearance,
     start: Floats,
 ) -> StoneFit:
-    """The stone fitted to the pixels (n, 3) of a window; see `fit_stone`."""
+    """Fit the stone to the pixels (n, 3) of a window; see `fit_stone`."""
     pose, covariance, misfit, visible = fit_stone(picture, behind, window, appearance, start)
     width, height = camera.size
     inside = 1.0
@@ -326,7 +332,7 @@ def _inside(
     origin: tuple[int, int],
     shape: tuple[int, ...],
 ) -> PixelWindow | None:
-    """The window if the background covers it, else one of the part that is covered."""
+    """Return the window if the background covers it, else the covered part."""
     (u, v), (rows, columns) = window.origin_px, window.shape
     u0, v0 = max(u, origin[0]), max(v, origin[1])
     u1, v1 = min(u + columns, origin[0] + shape[1]), min(v + rows, origin[1] + shape[0])

@@ -1,4 +1,4 @@
-"""Finds a stone's handle and headings in what the painted body does not explain."""
+"""Search for a stone's handle and headings in the residual of the painted body."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from friction_estimation.appearance.crops import (
     total_misfit,
 )
 from friction_estimation.appearance.fit import Appearance, Channels
-from friction_estimation.appearance.occlusion import PosedStone, set_among
+from friction_estimation.appearance.occlusion import PosedStone, add_neighbours
 from friction_estimation.appearance.painting import turn_handle
 from friction_estimation.appearance.shape import HANDLE, PARTS, TOP
 from friction_estimation.appearance.tuning import (
@@ -41,10 +41,10 @@ from friction_estimation.film.frame import Frame
 
 
 def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
-    """Add a handle to the look if one is found, and set the heading of every crop.
+    """Add a handle to the appearance if one is found, and set the heading of every crop.
 
     The colour of the handle is that of the pixels on the stone's top that differ most from the
-    body, or else solved for. Several heights of the handle and sizes of its base are tried.
+    body, or else fitted. Several heights of the handle and sizes of its base are tried.
     """
     unexplained: list[Floats] = []
     for crop in crops:
@@ -69,7 +69,7 @@ def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
         fit_pose(crop, look)
     before = total_misfit(crops, look)
     poses = _poses(crops)
-    # Of a small stone no pixel may show the handle alone; then its colour has to be solved.
+    # Of a small stone no pixel may show the handle alone; its colour is then fitted.
     for solved, least in ((False, 0.0), (True, SOLVED_CONTRAST)):
         found, misfit = _best_handle(crops, look, colours, solved=solved)
         top, handle = found.colours[[TOP, HANDLE]]
@@ -90,7 +90,7 @@ def _contrast(difference: Floats) -> Floats:
 def _best_handle(
     crops: Sequence[Crop], look: Appearance, colours: Floats, *, solved: bool
 ) -> tuple[Appearance, float]:
-    """Find the handle that leaves least of the crops unexplained, and how much; set their poses.
+    """Find the handle with the smallest unexplained share of the crops; set their poses.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def _poses(crops: Sequence[Crop]) -> list[tuple[Floats, float | None]]:
 
 
 def _place(crops: Sequence[Crop], poses: Sequence[tuple[Floats, float | None]]) -> None:
-    """Put crops back where they were, in place."""
+    """Restore the poses of crops, in place."""
     for crop, placed in zip(crops, poses, strict=True):
         crop.pose, crop.expected = placed
 
@@ -135,8 +135,8 @@ def _place(crops: Sequence[Crop], poses: Sequence[tuple[Floats, float | None]]) 
 def fit_headings(crops: Sequence[Crop], look: Appearance) -> None:
     """Set the headings of all crops to the most likely ones of a stone that turns steadily.
 
-    In a single frame the handle may be seen the wrong way round. Dynamic programming over heading
-    and spin avoids this, because the spin changes slowly from frame to frame.
+    In a single frame the handle may be reversed. Dynamic programming over heading and spin avoids
+    this, because the spin changes slowly from frame to frame.
     """
     headings = np.linspace(-np.pi, np.pi, HEADINGS_TRIED, endpoint=False)
     step = 2 * np.pi / HEADINGS_TRIED
@@ -179,7 +179,7 @@ def heading_crop(
     look: Appearance,
     others: Sequence[PosedStone] = (),
 ) -> Crop | None:
-    """A stone in one frame, for its heading.
+    """Crop of a stone in one frame, for its heading.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def heading_crop(
     found = crops_at([frame], [0.0], [xy], background, background_origin, camera, look.model)
     if not found:
         return None
-    hidden = set_among(found[0], others, camera)
+    hidden = add_neighbours(found[0], others, camera)
     if hidden.any():
         body = replace(look, has_handle=False)
         cover = coverage(found[0], body)

@@ -1,8 +1,7 @@
-"""Learning a stone's look from a film: its profile, its colours and the camera's blur.
+"""Estimation of a stone's appearance from a film: its profile, its colours and the camera's blur.
 
-Over a throw the camera sees the stone from many distances and sides, and only the right profile
-leaves no residual in all of them. Poses are projected out, so that an error of the profile cannot
-hide in them.
+During a throw the camera sees the stone from many distances and sides, and only the correct profile
+fits all of them. Poses are projected out, so that they cannot absorb an error of the profile.
 """
 
 from __future__ import annotations
@@ -32,12 +31,11 @@ from friction_estimation.appearance.prior import (
     UPRIGHT,
     ShapePrior,
 )
-from friction_estimation.appearance.profile import ProfileFit, fit_profile
+from friction_estimation.appearance.profile import fit_profile
 from friction_estimation.appearance.shape import PARTS
 from friction_estimation.appearance.tuning import (
     ADAPTING_ROUNDS,
     ALIKE_AT_HEIGHTS,
-    CLEAR_GAIN,
     ENOUGH_CROPS,
     ENOUGH_PIXELS,
     MIN_NOISE,
@@ -58,7 +56,7 @@ def learn_appearance(
     trimmed: bool = True,
     try_others: bool = True,
 ) -> Appearance:
-    """The look that explains all crops together.
+    """Estimate the appearance that explains all crops together.
 
     Parameters
     ----------
@@ -91,13 +89,13 @@ def learn_appearance(
         look = _refined(ordered, max(every, least), look, prior, rounds)
     if not try_others:
         return look
-    again = _handle_sought_again(ordered, max(REFINED_AGAIN[0], spare), look, prior)
+    again = _with_better_handle(ordered, max(REFINED_AGAIN[0], spare), look, prior)
     if again is not None:
         fit_headings(crops, again)
         every, rounds = REFINEMENTS[-1]
         look = _refined(ordered, max(every, spare), again, prior, rounds)
-    look = _of_either_kind(ordered[::spare], look, prior)
-    for crop in crops:  # some were skipped, and some were placed by the other kind's look
+    look = _reversible_or_general(ordered[::spare], look, prior)
+    for crop in crops:  # some were skipped, and some have poses of the other kind
         fit_pose(crop, look)
     return look
 
@@ -105,7 +103,7 @@ def learn_appearance(
 def _refined(
     crops: Sequence[Crop], every: int, look: Appearance, prior: ShapePrior, rounds: int
 ) -> Appearance:
-    """Refine a look with one of `every` crops; find the poses of all again, in place."""
+    """Refine an appearance with one of `every` crops; find the poses of all again, in place."""
     some = crops[::every]
     look = fit_profile(some, look, prior, rounds).look
     look = replace(look, noise=residual_noise(some, look))
@@ -116,13 +114,13 @@ def _refined(
     return look
 
 
-def _handle_sought_again(
+def _with_better_handle(
     crops: Sequence[Crop], every: int, look: Appearance, prior: ShapePrior
 ) -> Appearance | None:
-    """The look with another handle, if that explains the pictures far better.
+    """Return the appearance with another handle, if that explains the pictures far better.
 
-    A handle is first sought before the shadow is known, and shade, which does not turn with the
-    stone, may be taken for it.
+    The first search for a handle precedes the fit of the shadow, so shade, which does not turn with
+    the stone, may be mistaken for it.
     """
     if not look.has_handle:
         return None
@@ -136,17 +134,19 @@ def _handle_sought_again(
     return again if far_better else None
 
 
-def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> Appearance:
-    """Return the look of a reversible stone, or of any stone, whichever is more likely.
+def _reversible_or_general(
+    crops: Sequence[Crop], look: Appearance, prior: ShapePrior
+) -> Appearance:
+    """Return the appearance of a reversible stone, or of any stone, whichever is more likely.
 
-    Neither is more likely before the pictures are seen. The other look enters the uncertainty, by
+    Both have the same prior probability. The other appearance enters the uncertainty, weighted by
     its likelihood.
     """
     alike = ShapePrior.reversible(prior.typical)
     others = [replace(crop, pose=crop.pose.copy()) for crop in crops]
-    fit = _settled(crops, look, prior)
+    fit = fit_profile(crops, look, prior, ADAPTING_ROUNDS)
     look = fit.look
-    rival = fit_profile(others, turned_alike(look), alike, ADAPTING_ROUNDS)
+    rival = fit_profile(others, as_reversible(look), alike, ADAPTING_ROUNDS)
     ahead = rival.unlikelihood() - fit.unlikelihood()
     share = float(expit(0.5 * ahead))
     if share < UNLIKELY_KIND:
@@ -162,23 +162,8 @@ def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) 
     return replace(rival.look, uncertainty=other.mixed_with(uncertainty, share))
 
 
-def _settled(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> ProfileFit:
-    """Fit, and fit again once if that leads clearly farther; the crops are placed in place.
-
-    Strongly damped steps gain little anywhere, not at the bottom alone.
-    """
-    fit = fit_profile(crops, look, prior, ADAPTING_ROUNDS)
-    others = [replace(crop) for crop in crops]
-    again = fit_profile(others, fit.look, prior, ADAPTING_ROUNDS)
-    if again.objective > fit.objective - CLEAR_GAIN:
-        return fit
-    for crop, other in zip(crops, others, strict=True):
-        crop.pose = other.pose
-    return again
-
-
-def turned_alike(look: Appearance) -> Appearance:
-    """The look with the mean of foot and bevel for both."""
+def as_reversible(look: Appearance) -> Appearance:
+    """Return the appearance with the mean of foot and bevel for both."""
     model = look.model
     inset = (model.foot_inset + model.bevel_inset) / 2
     depth = (model.foot_height + model.bevel_height) / 2
@@ -200,7 +185,7 @@ def turned_alike(look: Appearance) -> Appearance:
 def adapt_appearance(
     crops: Sequence[Crop], look: Appearance, model: StoneModel, *, alike: bool = False
 ) -> tuple[Appearance, float]:
-    """A look that was learnt with nearly the same crops, fitted to these.
+    """Fit an appearance from nearly the same crops to these.
 
     Parameters
     ----------
@@ -222,7 +207,7 @@ def adapt_appearance(
 
 
 def _with_shadow(crops: Sequence[Crop], look: Appearance) -> Appearance:
-    """Start a shadow on the side where the ice beside the stone is darkest."""
+    """Initialise the shadow on the side where the ice beside the stone is darkest."""
     costs: list[tuple[float, Appearance]] = []
     tried = [(0.0, 0.0)]
     tried += [(0.04 * np.cos(a), 0.04 * np.sin(a)) for a in np.arange(8) * np.pi / 4]

@@ -1,9 +1,9 @@
-"""The shape of a stone as a camera sees it, and the rectangle of pixels in which it is painted.
+"""Shape of a stone in a picture, and the rectangle of pixels in which it is painted.
 
 The body is a solid of revolution with a rounded foot, a side, a rounded bevel and a flat top. The
 handle is a bar above the top, on a round collar. Each part has a colour, and along a rounded part
 the colour changes gradually to that of the next. The shadow of the stone and its mirror image in
-the ice belong to its picture. How much of a pixel each part covers is computed from signed
+the ice belong to its picture. The share of a pixel that each part covers is computed from signed
 distances and blurred by the camera's point spread, so that a picture is linear in the colours.
 """
 
@@ -26,7 +26,7 @@ CIRCLE = np.array([(np.cos(a), np.sin(a)) for a in np.linspace(0, 2 * np.pi, 48,
 
 @dataclass(frozen=True, kw_only=True)
 class StoneModel:
-    """Shape of a stone and the blur of the camera that sees it.
+    """Shape of a stone and the blur of its camera.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class StoneModel:
     gloss: float = 0.0
 
     def shape(self) -> Floats:
-        """The parameters in the order of `SHAPE_PARAMETERS`, (29,)."""
+        """Return the parameters in the order of `SHAPE_PARAMETERS`, (29,)."""
         return self._shape.copy()
 
     @cached_property
@@ -97,7 +97,7 @@ class StoneModel:
         return np.array([getattr(self, name) for name in SHAPE_PARAMETERS])
 
     def with_shape(self, values: ArrayLike) -> StoneModel:
-        """A model with these parameters, in the order of `SHAPE_PARAMETERS`."""
+        """Return a model with these parameters, in the order of `SHAPE_PARAMETERS`."""
         named = zip(SHAPE_PARAMETERS, np.asarray(values).tolist(), strict=True)
         return replace(self, **dict(named))
 
@@ -163,13 +163,13 @@ class PixelWindow:
         return slice(v, v + rows), slice(u, u + columns)
 
     def seen_by(self, camera: Camera) -> PixelWindow | None:
-        """The same pixels with the lines of sight of another camera."""
+        """Return the same pixels with the lines of sight of another camera."""
         (u, v), (rows, columns) = self.origin_px, self.shape
         corners = np.array([[u, v], [u + columns - 1, v + rows - 1]], dtype=np.float64)
         return window_at(camera, corners, 0.0)
 
     def cut(self, top: int, bottom: int, left: int, right: int) -> PixelWindow:
-        """The part within these rows and columns; `bottom` and `right` are excluded."""
+        """Return the part within these rows and columns; `bottom` and `right` are excluded."""
         (u, v), (rows, columns) = self.origin_px, self.shape
         part = np.zeros((rows, columns), dtype=bool)
         part[top:bottom, left:right] = True
@@ -184,7 +184,7 @@ class PixelWindow:
 
 
 def window_at(camera: Camera, outline_px: Floats, margin_px: float) -> PixelWindow | None:
-    """The window around an outline, cut to the image; None if it is outside the image."""
+    """Return the window around an outline, cut to the image; None if it is outside the image."""
     if len(outline_px) == 0:
         return None
     low, high = outline_px.min(axis=0).tolist(), outline_px.max(axis=0).tolist()

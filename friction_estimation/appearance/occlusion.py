@@ -1,4 +1,6 @@
-"""A stone among others: stones behind it are part of its background, nearer ones hide it."""
+"""Measurement of a stone among others: stones behind it are part of its background, nearer ones
+hide it.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,7 @@ from friction_estimation.film.frame import Frame
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PosedStone:
-    """A stone whose look and pose are known.
+    """Stone of known appearance and pose.
 
     Parameters
     ----------
@@ -52,8 +54,8 @@ def measure_occluded(
 ) -> StoneFit | None:
     """Fit the stone near `start` in a frame, perhaps with other stones or people around it.
 
-    Hidden pixels are filled, round by round, with what the stone shows at the present pose, so that
-    they do not influence it (expectation and maximisation).
+    Hidden pixels are filled, round by round, with the painted stone at the present pose, so that
+    they do not influence it (expectation maximisation).
 
     Parameters
     ----------
@@ -74,7 +76,7 @@ def measure_occluded(
         return None
     window, picture, behind = cut
     own = Crop(window=window, pixels=picture, background=behind, pose=start, t=0.0)
-    hidden = set_among(own, others, camera)
+    hidden = add_neighbours(own, others, camera)
     behind = own.background
     if not hidden.any():
         fit = fit_window(picture, behind, window, camera, appearance, start)
@@ -94,7 +96,7 @@ def measure_occluded(
 
 
 def _without_people(crop: Crop, fit: StoneFit, camera: Camera, appearance: Appearance) -> StoneFit:
-    """A fit without the pixels that neither the stone nor the ice explains.
+    """Fit without the pixels that neither the stone nor the ice explains.
 
     Parameters
     ----------
@@ -122,7 +124,7 @@ def _without_people(crop: Crop, fit: StoneFit, camera: Camera, appearance: Appea
 
 
 def fill_hidden(crop: Crop, appearance: Appearance) -> float | None:
-    """Put what a stone shows where something else is, and around that, in a crop, in place.
+    """Fill occluded pixels of a crop, and those around them, with the painted stone, in place.
 
     Returns
     -------
@@ -140,7 +142,7 @@ def fill_hidden(crop: Crop, appearance: Appearance) -> float | None:
     return float(body[strange].sum() / max(body.sum(), 1e-9))
 
 
-def set_among(crop: Crop, others: Sequence[PosedStone], camera: Camera) -> Flags:
+def add_neighbours(crop: Crop, others: Sequence[PosedStone], camera: Camera) -> Flags:
     """Put other stones into the background of a crop, in place.
 
     Returns

@@ -32,11 +32,12 @@ Planes = NDArray[np.float32]
 """Painted planes; single precision suffices for their accuracy of a tenth of a grey level."""
 
 SHARP, SOFT = slice(0, 2), slice(2, 5)
-"""Tinted planes that the camera sees as sharply as brightness, and as it sees colour."""
+"""Tinted planes with the blur of brightness, and with that of colour."""
 
 
 def painted(window: PixelWindow, shape: Floats, pose: Floats, *, with_handle: bool) -> Planes:
-    """A painted stone: its planes in fine pixels (`shape.PLANES`), (7, rows·FINE, columns·FINE).
+    """Return a painted stone: its planes in fine pixels (`shape.PLANES`), (7, rows·FINE,
+    columns·FINE).
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ def turn_handle(planes: Planes, window: PixelWindow, shape: Floats, pose: Floats
 
 
 def coloured(planes: Planes, colours: Floats) -> Planes:
-    """The stone's light and the ice's that it hides, (5, rows·FINE, columns·FINE)."""
+    """Return the stone's light and the ice's that it hides, (5, rows·FINE, columns·FINE)."""
     out = np.empty((5, *planes.shape[1:]), dtype=np.float32)
     colour_planes(planes, planes[HANDLE], colours.astype(np.float32), out)
     return out
@@ -96,7 +97,9 @@ def blurred(
     *,
     sloped: bool = False,
 ) -> Planes:
-    """Tinted planes as the camera sees them, (5, 3, rows, columns): values and slopes by shift."""
+    """Tinted planes at the camera's resolution, (5, 3, rows, columns): values and slopes by
+    shift.
+    """
     rows, columns = window.shape
     out = np.empty((5, 3, rows, columns), dtype=np.float32)
     for planes, parameter in ((SHARP, BLUR_PX), (SOFT, COLOUR_BLUR_PX)):

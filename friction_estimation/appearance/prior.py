@@ -72,7 +72,7 @@ SHAPE_BOUNDS = {
     "light_y": (-0.8, 0.8),
     "gloss": (0.0, 0.3),
 }
-"""Least and greatest value of the shape parameters; the others are unbounded."""
+"""Minimum and maximum of the shape parameters; the others are unbounded."""
 HANDLE_PREFIXES = ("handle", "collar", "neck")
 """Parameters with these prefixes change only the handle."""
 COLOUR_DIFFERENCES = (
@@ -91,8 +91,7 @@ TURNED_ALIKE: tuple[Tie, ...] = (
     ("foot_inset", "bevel_inset", 0.01),
     ("foot_roundness", "roundness", 0.3),
 )
-"""The same for a stone that is turned alike above and below, as those are that can be turned over.
-"""
+"""The same for reversible stones, which are alike above and below."""
 REVERSIBLE = {
     "foot_inset": (0.08, 0.012),
     "bevel_inset": (0.08, 0.03),
@@ -107,12 +106,12 @@ is about 130 mm across, 80 mm inside the widest place. They weigh 17.24 to 19.96
 Federation, Rules of Curling, C1): with granite of 2.65 g/cm³ that leaves superellipses with
 exponents of 2 to 4, the greater the higher they are."""
 ROUNDEST = 8.0
-"""Greatest exponent of foot and bevel of such stones."""
+"""Maximum exponent of foot and bevel of such stones."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ShapePrior:
-    """Prior of a stone's shape before it is seen.
+    """Prior of a stone's shape.
 
     Parameters
     ----------
@@ -128,7 +127,7 @@ class ShapePrior:
 
     @staticmethod
     def reversible(typical: StoneModel) -> ShapePrior:
-        """Return the prior of a stone that can be turned over; else as typical as `typical`."""
+        """Return the prior of a stone that can be turned over; otherwise that of `typical`."""
         wider = dict.fromkeys(("roundness", "foot_roundness"), (1.0, ROUNDEST))
         return ShapePrior(
             typical=replace(typical, **{name: middle for name, (middle, _) in REVERSIBLE.items()}),
@@ -138,7 +137,7 @@ class ShapePrior:
         )
 
     def of(self, look: Appearance) -> FreeShape:
-        """The prior of those parameters that a look leaves free."""
+        """Return the prior of the free parameters of an appearance."""
         names = [n for n in SHAPE_SPREAD if look.has_handle or not n.startswith(HANDLE_PREFIXES)]
         low, high = np.array([self.bounds.get(n, (-np.inf, np.inf)) for n in names]).T
         index = [SHAPE_PARAMETERS.index(n) for n in names]
@@ -184,7 +183,9 @@ class FreeShape:
         return len(self.index) + 3 * self.parts
 
     def misfit(self, look: Appearance) -> float:
-        """Return the prior cost of a look above the minimum [squared standard deviations]."""
+        """Return the prior cost of an appearance above the minimum [squared standard
+        deviations].
+        """
         shape = look.model.shape()[self.index]
         away, uneven = (shape - self.typical) / self.spread, self.ties @ shape
         differences = np.array(
@@ -193,7 +194,8 @@ class FreeShape:
                 for name, other, spread in COLOUR_DIFFERENCES
             ]
         )
-        # Where typical values are tied to others that differ, not even the most likely has both.
+        # If typical values are tied to others that differ, even the most likely shape deviates from
+        # both.
         odd = self.ties @ self.typical
         spread = np.eye(len(odd)) + (self.ties * self.spread**2) @ self.ties.T
         least = odd @ np.linalg.solve(spread, odd)

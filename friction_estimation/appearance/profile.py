@@ -1,4 +1,4 @@
-"""Fits a stone's profile, blur and colours to all crops, with the poses eliminated."""
+"""Fit of a stone's profile, blur and colours to all crops, with the poses eliminated."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from friction_estimation.appearance.tuning import (
 )
 
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-4, 100.0
-"""Damping of steps, as shares of the diagonal: at first, at least and at most. Where the misfit
-hardly changes along a valley, a more strongly damped fit rests anywhere in it."""
+"""Damping of steps, as shares of the diagonal: initial, minimum and maximum. In a flat valley a
+more strongly damped fit stops anywhere."""
 DAMPING_STEP = 20.0
 """Factor between the damping of one step and of the next."""
 FIT_WEIGHT = 1 / (PIXEL_CORRELATION * ALIKE_IN_FIT)
 """Weight of a misfit to the crops in a fit."""
 TRUE_WEIGHT = 1 / (PIXEL_CORRELATION * ALIKE_PICTURES)
-"""The same where looks are weighed against each other. What no shape can paint is alike in all
-crops, so that they count as fewer."""
+"""The same in comparisons of appearances. Model errors are the same in all crops, so that they
+count as fewer."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -56,7 +56,7 @@ class Equations:
     prior_right: Floats
 
     def eliminated(self, damping: float = 0.0) -> tuple[Floats, Floats, Floats, Floats]:
-        """The equations of shape and colours with every crop's pose eliminated.
+        """Return the equations of shape and colours with every crop's pose eliminated.
 
         Parameters
         ----------
@@ -80,7 +80,7 @@ class Equations:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ProfileFit:
-    """A look that was fitted to crops of one stone.
+    """Appearance fitted to crops of one stone.
 
     Parameters
     ----------
@@ -97,14 +97,14 @@ class ProfileFit:
 
     @property
     def objective(self) -> float:
-        """Objective that a fit lowers [squared standard errors]."""
+        """Objective of a fit [squared standard errors]."""
         return FIT_WEIGHT * self.misfit + self.oddity
 
     def unlikelihood(self, alike: float = ALIKE_PICTURES) -> float:
         """Return -2 log likelihood of the crops for stones of the kind, up to a constant.
 
-        It is the misfit of the most likely look, and the smallness of the part of all looks of that
-        kind that explain the crops as well (Laplace's approximation).
+        It is the misfit of the most likely appearance, plus a term for the volume of appearances of
+        that kind that explain the crops equally well (Laplace's approximation).
 
         Parameters
         ----------
@@ -127,7 +127,7 @@ def fit_profile(
     """Fit shape, blur and colours to all crops, and refine the pose of every crop in place.
 
     A Levenberg-Marquardt fit. Each crop's pose is eliminated from the common equations. It is
-    damped as well, because a full step of a far stone's pose may lead away.
+    damped as well, because a full step of a distant stone's pose may diverge.
 
     Parameters
     ----------
@@ -166,7 +166,9 @@ def fit_profile(
 def _after_step(
     crops: Sequence[Crop], look: Appearance, free: FreeShape, equations: Equations, damping: float
 ) -> Appearance:
-    """The look after a damped step; the poses of the crops are moved with it, in place."""
+    """Return the appearance after a damped step; the poses of the crops are moved with it, in
+    place.
+    """
     shape, count = look.model.shape(), len(free.index)
     matrix, right, alone, along = equations.eliminated(damping)
     step = _step_within(
@@ -192,7 +194,7 @@ def _after_step(
 
 
 def shape_uncertainty(crops: Sequence[Crop], fit: ProfileFit) -> ShapeUncertainty:
-    """Return the misplacement of the stone in each crop by the uncertainty of shape and colours.
+    """Return the displacement of the stone in each crop by the uncertainty of shape and colours.
 
     Parameters
     ----------
@@ -207,7 +209,7 @@ def shape_uncertainty(crops: Sequence[Crop], fit: ProfileFit) -> ShapeUncertaint
 
 
 def _objective(crops: Sequence[Crop], look: Appearance, free: FreeShape) -> float:
-    """Return the objective that `fit_profile` lowers."""
+    """Return the objective of `fit_profile`."""
     off = sum(crop.off_expected**2 for crop in crops) if look.has_handle else 0.0
     return FIT_WEIGHT * (total_misfit(crops, look) + HEADING_WEIGHT * off) + free.misfit(look)
 
@@ -240,7 +242,7 @@ def _joint_equations(
 def _step_within(
     normal: Floats, right: Floats, damping: float, lowest: Floats, highest: Floats
 ) -> Floats:
-    """A damped step; its first parameters stay fixed where they are at a bound and would leave."""
+    """Return a damped step; its first parameters stay fixed at a bound that they would cross."""
     free = np.ones(len(right), dtype=bool)
     step = np.zeros(len(right))
     damped = normal + damping * np.diag(np.diag(normal))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 PARTS = ("foot", "side", "bevel", "top", "handle")
-"""The separately coloured parts of a stone, from the ice up."""
+"""Separately coloured parts of a stone, from the ice up."""
 FOOT, SIDE, BEVEL, TOP, HANDLE, SHADE, LIT = range(7)
-"""Planes of a painted stone: the share of each part, the light that the ice loses, and the light
-that the stone has from one side, in units of its side's brightness."""
+"""Planes of a painted stone: the share of each part, the light that the ice loses, and the light on
+the stone from one side, in units of its side's brightness."""
 PLANES = 7
 
 SHAPE_PARAMETERS = (
@@ -76,7 +76,7 @@ SHAPE_PARAMETERS = (
 """Place of each parameter."""
 
 SUMS_IN_ANY_ORDER = {"reassoc", "nsz", "contract", "arcp"}
-"""The arithmetic of the kernels that the compiler may reorder."""
+"""Options of the kernels' floating-point arithmetic: the compiler may reorder it."""
 FINE = 2
 """Number of parts into which a pixel's side is cut when a stone is painted; `blur` is written for
 two."""

@@ -1,4 +1,4 @@
-"""A camera before the sheet: its lens, and its pose from known points and the painted lines."""
+"""A camera at the sheet: its lens, and its pose from known points and the painted lines."""
 
 from curling_env.infrastructure.lazy_names import lazy_names
 

@@ -1,8 +1,8 @@
 """Agreement of a camera with the paint, curve by curve: an independent check of a fit.
 
-A fit counts only what it finds near where it looks. Here every ring and line in view is looked for
-over a third of a metre and more around its place. A curve that is seen there, but not where the
-camera puts it, contradicts the camera; one that is hidden or not painted says nothing.
+A fit uses only paint within its search radius. Here every ring and line in view is searched for
+over a third of a metre and more around its place. A curve that is seen elsewhere contradicts the
+camera; one that is hidden or not painted is no evidence.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ from friction_estimation.camera.markings import (
 from friction_estimation.camera.tuning import MIN_CONTRAST, TOLERANCE_PX
 
 OPTIONAL = ("button", "border")
-"""Curves that clubs paint in other sizes, or cover."""
+"""Curves that clubs paint in different sizes, or cover."""
 REACH = 0.45
-"""Distance over which a curve is looked for, if nothing else is painted there [m]."""
+"""Search distance of a curve, if nothing else is painted there [m]."""
 STEPS = 6
-"""Neighbouring points that are judged together: about half a metre of a curve."""
+"""Number of neighbouring points that are compared together: about half a metre of a curve."""
 MIN_PARTS = 3
-"""Fewer such parts in view are not judged."""
+"""Minimum number of such parts in view."""
 DISTINCT = 4.0
-"""A curve answers this many times as strongly as its surroundings do on average."""
+"""Minimum response of a curve over the mean response of its surroundings."""
 AGREEING_SHARE = 0.7
-"""Least share of the parts of a curve that must agree, and of those of all rings and hog lines."""
+"""Minimum share of agreeing parts of a curve, and of all rings and hog lines."""
 ELSEWHERE_SHARE = 0.25
-"""Share of the parts that are seen elsewhere in a curve that contradicts the camera; `MIN_PARTS` at
-least, for something may lie there."""
+"""Minimum share of the parts of a contradicting curve that are seen elsewhere; at least
+`MIN_PARTS`, because an object may lie there."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SeenCurve:
-    """A ring or line in view, compared with where a camera puts it.
+    """A ring or line in view, compared with its place according to a camera.
 
     Parameters
     ----------
@@ -60,12 +60,12 @@ class SeenCurve:
 
     @property
     def agrees(self) -> bool:
-        """Return whether it is seen where the camera puts it."""
+        """Return whether it is seen in its place according to the camera."""
         return self.near >= AGREEING_SHARE
 
     @property
     def contradicts(self) -> bool:
-        """Return whether it is seen, and not where the camera puts it."""
+        """Return whether it is seen elsewhere."""
         least = max(ELSEWHERE_SHARE * self.parts, MIN_PARTS)
         return not self.agrees and self.elsewhere * self.parts > least - 0.5
 
@@ -77,7 +77,7 @@ def seen_curves(
     markings: Markings,
     tolerance_px: float = TOLERANCE_PX,
 ) -> list[SeenCurve]:
-    """Every ring and line in view, compared with where a camera puts it.
+    """Compare every ring and line in view with its place according to a camera.
 
     Parameters
     ----------
@@ -99,10 +99,10 @@ def seen_curves(
 
 
 def disagreeing(seen: Sequence[SeenCurve]) -> tuple[str, ...]:
-    """Names of the curves for which a camera is refused; none where it agrees with the paint.
+    """Return the names of the curves that contradict a camera; empty if it agrees with the paint.
 
-    These are curves that are seen elsewhere, and rings and hog lines that are not seen at all where
-    they make up too large a part of those in view.
+    These are curves that are seen elsewhere, and rings and hog lines that are not seen at all if
+    they are too large a share of those in view.
     """
     bold = [curve for curve in seen if curve.name.endswith(("ring", "hog line"))]
     unseen = [curve for curve in bold if not curve.agrees]
@@ -119,7 +119,7 @@ def _compared(
     curve: Markings,
     tolerance_px: float,
 ) -> Sequence[SeenCurve]:
-    """One curve; nothing where too little of it is in view."""
+    """Compare one curve; None if too little of it is in view."""
     reach = min(REACH, float(curve.clear[0]))
     scale = np.linalg.norm(camera.px_per_metre(curve.xy), 2, axis=(1, 2))
     search = max(float(np.nanmax(scale)) * reach, 2 * tolerance_px)
@@ -132,7 +132,7 @@ def _compared(
     if len(np.unique(part)) < MIN_PARTS:
         return []
     means = np.array([group_means(one.strength, part) for one in found])
-    # A line is darker than the ice on both sides; the edge of something else, on one side only.
+    # A line is darker than the ice on both sides; the edge of another object, on one side only.
     strength = np.maximum(-means.max(axis=0), 0.0) if curve.width[0] else np.abs(means[0])
     own = np.maximum(group_means(found[0].px_per_metre[:, None] * reach, part), 2 * tolerance_px)
     strength[np.abs(along) > own] = np.nan
@@ -140,7 +140,7 @@ def _compared(
     most = np.nanmax(strength, axis=1)
     distinct = np.maximum(DISTINCT * np.nanmedian(strength, axis=1), MIN_CONTRAST)
     alike = near >= 0.5 * np.minimum(most, np.median(most))
-    # The flank of a curve that lies a little farther away is no curve.
+    # The flank of a curve that is slightly farther away does not count.
     beside = np.nanmax(np.where(np.abs(along) <= tolerance_px + 1, strength, np.nan), axis=1)
     agrees = (near > MIN_CONTRAST) & (alike | (near >= distinct)) & (near >= beside)
     measured = measure_markings(grey, origin_px, camera, curve, tolerance_px)

@@ -1,4 +1,4 @@
-"""A camera before the sheet: a lens at a place, and the way back from a pixel to the ice.
+"""A camera at the sheet: a lens with a pose, and the projection from a pixel back to the ice.
 
 Pixels are those of the raw image; its upper left pixel's centre is (0, 0). Points are undistorted,
 never frames: a point costs microseconds, a frame milliseconds and an interpolation.
@@ -46,9 +46,10 @@ class Camera:
         size: tuple[int, int],
         distortion: ArrayLike = NO_DISTORTION,
     ) -> Camera:
-        """A camera at a place, looking at a point; `up` is the direction that is up in the image.
+        """Return a camera at a place, looking at a point; `up` is the direction that is up in the
+        image.
 
-        The axis of the lens meets the image's middle, (width/2, height/2).
+        The optical axis meets the middle of the image, (width/2, height/2).
         """
         position = np.asarray(position, dtype=np.float64)
         forward = np.asarray(target, dtype=np.float64) - position
@@ -90,9 +91,10 @@ class Camera:
         return self.lens.rays(px) @ self.rotation
 
     def on_plane(self, px: ArrayLike, z: ArrayLike = 0.0) -> Floats:
-        """Return where rays through raw pixels (n, 2) meet planes at height z [m], (n, 2) [m].
+        """Return the intersections of rays through raw pixels (n, 2) with planes at height z [m],
+        (n, 2) [m].
 
-        NaN for a ray that never comes down to it.
+        NaN for a ray that never meets it.
         """
         rays, position = self.rays(px), self.position
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -126,11 +128,11 @@ class Camera:
         )
 
     def resized(self, scale: Floats, size: tuple[int, int]) -> Camera:
-        """The same camera for pictures enlarged along both sides (2,); see `Lens.resized`."""
+        """Return the camera for pictures enlarged along both sides (2,); see `Lens.resized`."""
         return replace(self, lens=self.lens.resized(scale, size))
 
     def moved(self, step: Floats, free: FreeLens) -> Camera:
-        """The camera after a step of a fit.
+        """Return the camera after a step of a fit.
 
         Parameters
         ----------

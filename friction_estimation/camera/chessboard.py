@@ -1,6 +1,6 @@
 """The lens of a camera from pictures of a chessboard or a ChArUco board.
 
-The board is held before the camera in several tilts. The corners of its squares, found to a
+The board is held in front of the camera at several tilts. The corners of its squares, located to a
 fraction of a pixel, give focal lengths, principal point and distortion.
 """
 
@@ -83,7 +83,7 @@ class Board:
         return 0.75 * self.square if self.marker is None else self.marker
 
     def markers(self) -> cv2.aruco.Dictionary:
-        """The dictionary of the markers.
+        """Return the dictionary of the markers.
 
         Raises
         ------
@@ -92,7 +92,8 @@ class Board:
         code = getattr(cv2.aruco, f"DICT_{self.dictionary.upper()}", None)
         if code is None:
             raise InputError(
-                f"OpenCV has no dictionary {self.dictionary!r}; one is 4X4_250", source="dictionary"
+                f"unknown dictionary {self.dictionary!r}; expected one such as 4X4_250",
+                source="dictionary",
             )
         found = cv2.aruco.getPredefinedDictionary(code)
         if len(found.bytesList) < self.columns * self.rows // 2:
@@ -123,7 +124,7 @@ class LensCalibration:
     unused: tuple[str, ...]
 
     def summary(self) -> dict[str, Any]:
-        """The lens and its error for JSON."""
+        """Return the lens and its error for JSON."""
         matrix = self.lens.matrix
         return {
             "focal_px": [matrix[0, 0], matrix[1, 1]],
@@ -136,7 +137,7 @@ class LensCalibration:
 
 
 def find_board(image: Image, board: Board) -> tuple[Floats, Floats] | None:
-    """The board's corners in one picture.
+    """Return the board's corners in one picture.
 
     Parameters
     ----------
@@ -156,7 +157,7 @@ def find_board(image: Image, board: Board) -> tuple[Floats, Floats] | None:
         grid = np.column_stack([columns.ravel(), rows.ravel()]) * board.square
         return grid.astype(np.float64), corners.reshape(-1, 2).astype(np.float64)
     best: tuple[Floats, Floats] | None = None
-    for legacy in (False, True):  # boards from before OpenCV 4.6 begin with the other colour
+    for legacy in (False, True):  # boards made before OpenCV 4.6 begin with the other colour
         drawn = cv2.aruco.CharucoBoard(
             (board.columns, board.rows), board.square, board.marker_size, board.markers()
         )
@@ -170,10 +171,10 @@ def find_board(image: Image, board: Board) -> tuple[Floats, Floats] | None:
 
 
 def _chessboard_corners(grey: Image, shape: tuple[int, int]) -> Floats | None:
-    """The inner corners of a chessboard in a picture, (n, 2) [px]; None where it is not found.
+    """Return the inner corners of a chessboard in a picture, (n, 2) [px]; None if it is not found.
 
-    OpenCV's search takes 170 bytes and a microsecond a pixel. So a large picture is searched in
-    a smaller one, and the corners are placed again in the large one.
+    OpenCV's search takes 170 bytes and a microsecond per pixel. A large picture is therefore
+    searched in a reduced copy, and the corners are refined in the original.
     """
     scale = min(1.0, math.sqrt(BOARD_SEARCH_PX / grey.size))
     small = (
@@ -225,8 +226,8 @@ def calibrate_lens(
         size = size or own
         if own != size:
             raise InputError(
-                f"is {own[0]} × {own[1]} px where the others are {size[0]} × {size[1]} px; "
-                "all pictures must come from one camera as it films",
+                f"has {own[0]} × {own[1]} px, the first {size[0]} × {size[1]} px; expected "
+                "pictures from one camera at the size of its films",
                 source=path,
             )
         found = find_board(grey, board)
@@ -236,7 +237,7 @@ def calibrate_lens(
     if size is None or len(views) < BOARD_MIN_VIEWS:
         raise InputError(
             f"a {board.kind} of {board.columns} × {board.rows} squares was found in {len(views)} "
-            f"of {len(images)} pictures; {BOARD_MIN_VIEWS} or more are needed",
+            f"of {len(images)} pictures; expected {BOARD_MIN_VIEWS} or more",
             source="images",
         )
     return _solved(views, size, tuple(used), tuple(unused))
@@ -266,7 +267,7 @@ def _solved(
     rms_px, matrix, distortion, turns, _, sigma, *_ = with_last_term if better else plain
     if rms_px > BOARD_MAX_RMS_PX:
         raise InputError(
-            f"the corners are missed by {rms_px:.1f} px; is the board what was described?",
+            f"the reprojection error is {rms_px:.1f} px; check the kind and squares of the board",
             source="images",
         )
     lens = Lens(
@@ -284,7 +285,7 @@ def _solved(
 
 
 def save_lens(calibration: LensCalibration, path: str | Path) -> None:
-    """Write a camera file, whose keys may also stand in a scene file."""
+    """Write a camera file, whose keys may also be in a scene file."""
     lens = calibration.lens
     write_json(
         path,

@@ -1,7 +1,7 @@
-"""Expected error of a stone's track from a camera at a place, before anything is filmed.
+"""Expected error of a stone's track from a planned camera.
 
-Three things limit a track: how well the paint fixes the camera, how far a pixel reaches on the ice,
-and what the pictures leave open of the stone's shape, which counts along the line of sight.
+Three quantities limit a track: the accuracy of the camera's pose from the paint, the size of a
+pixel on the ice, and the uncertainty of the stone's shape along the line of sight.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class ExpectedError:
     stone_px: float | None = None
 
     def document(self) -> dict[str, Any]:
-        """The error for JSON."""
+        """Return the error for JSON."""
         return {
             "place": self.place,
             "sigma_across_m": self.across,
@@ -75,7 +75,7 @@ def expected_errors(
     radius: float = Scene.stone_radius,
     height: float = Scene.stone_height,
 ) -> list[ExpectedError]:
-    """Expected errors at all `PLACES`, each by the camera that measures it best.
+    """Return expected errors at all `PLACES`, each from the best camera there.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def expected_errors(
 
 
 def expected_of_scene(scene: Scene, camera: Camera) -> list[ExpectedError]:
-    """Expected errors from a scene, if the paint corrects its marks.
+    """Return expected errors from a scene, if the paint corrects its marks.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def expected_of_scene(scene: Scene, camera: Camera) -> list[ExpectedError]:
 
 
 def expected_in_words(errors: Sequence[ExpectedError], units: Units) -> str:
-    """Describe expected errors at the places that are seen; empty if no place is seen."""
+    """Describe expected errors at the visible places; empty if no place is visible."""
     seen = [
         f"{error.place} {miss(error.along, units)} along, {miss(error.across, units)} across"
         for error in errors
@@ -149,7 +149,7 @@ def expected_camera(
     height_known: bool = False,
     paint: float = PAINT_PLACEMENT_SIGMA,
 ) -> RefinedCamera:
-    """A camera, and how well the paint on the ice will tell its pose and its lens.
+    """Return a camera with the expected accuracy of its pose and lens from the paint.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def expected_camera(
 
 
 def _with_stone(refined: RefinedCamera) -> RefinedCamera:
-    """Return the camera after its height was found from pictures of the stone, as in tracking."""
+    """Return the camera with its height estimated from pictures of the stone, as in tracking."""
     if not refined.lens.focal:
         return refined
     along = refined.covariance[:, 6]
@@ -186,12 +186,12 @@ def _with_stone(refined: RefinedCamera) -> RefinedCamera:
 
 
 def _radius_px(camera: Camera, xy: Floats, radius: float, height: float) -> Floats:
-    """The stone's largest radius in the picture at places (n, 2), (n,) [px]."""
+    """Return the stone's largest radius in the picture at places (n, 2), (n,) [px]."""
     return radius * np.linalg.norm(camera.px_per_metre(xy, height / 2), 2, axis=(1, 2))
 
 
 def _shown(camera: Camera, xy: Floats, radius: float, height: float) -> bool:
-    """Return whether all of a stone at a place (2,) is in the picture."""
+    """Return whether a stone at a place (2,) is completely in the picture."""
     around = np.linspace(0, 2 * np.pi, 12, endpoint=False)
     circle = xy + radius * np.column_stack([np.cos(around), np.sin(around)])
     rings = [np.column_stack([circle, np.full(len(circle), z)]) for z in (0.0, height)]

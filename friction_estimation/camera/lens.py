@@ -1,8 +1,8 @@
-"""The lens of a camera: from directions to pixels and back, and what of it may be unknown.
+"""The lens of a camera: from directions to pixels and back, and its free parameters.
 
-Everything that depends on the kind of lens stands here: the formula and its inverse, the names and
-the order of its terms, the trial values a search begins with, and the terms a fit may free. Another
-lens model changes this file, and the calls of OpenCV in `chessboard` and `pose`.
+Everything that depends on the kind of lens is in this module: the formula and its inverse, the
+names and order of its terms, the trial values of a search, and the terms that a fit may free.
+Another lens model changes this file, and the calls of OpenCV in `chessboard` and `pose`.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -26,26 +26,25 @@ POWERS = np.array([2, 4, 1, 1, 6])
 """Power of the distance from the axis with which the displacement of each term grows."""
 NO_DISTORTION = np.zeros(len(TERMS))
 TRIAL_FOCALS = (0.35, 0.6, 1.0, 1.7)
-"""Focal lengths that a search begins with, in longer sides of the image."""
+"""Initial focal lengths of a search, in longer sides of the image."""
 TRIAL_BENDS = (-0.3, -0.22, -0.15, -0.09, -0.04, 0.0, 0.05)
-"""Distortions that a search begins with: share by which the longer side's end is moved."""
+"""Initial distortions of a search: relative displacement of the longer side's end."""
 
-# What lenses are like: standard deviations of a prior that decides where the paint cannot. The
-# unit of each is half of the image's longer side.
+# Prior of lenses: standard deviations, in units of half of the image's longer side.
 BEND_SIGMA = 0.3
 """Displacement by k1, and by k2, at the end of the longer side."""
 MINOR_SIGMA = 0.001
 """The same by each of the other terms."""
 AXIS_SIGMA = 0.015
-"""Distance of the axis from the middle of a whole picture."""
+"""Distance of the axis from the middle of an uncropped picture."""
 CUT_AXIS_SIGMA = 0.2
-"""The same where the picture was cut out of another."""
+"""The same if the picture was cropped."""
 STRETCH_SIGMA = 0.06
-"""Standard deviation of the stretch of a cut picture, in log."""
+"""Standard deviation of the stretch of a cropped picture, in log."""
 
 
 def distort(x: Any, y: Any, terms: Any) -> tuple[Any, Any]:
-    """Return the place at which a lens shows a ray, in focal lengths from its axis.
+    """Return the image point of a ray, in focal lengths from the axis.
 
     Parameters
     ----------
@@ -87,7 +86,7 @@ class Lens:
     def centred(
         cls, focal_px: float, size: tuple[int, int], distortion: ArrayLike = NO_DISTORTION
     ) -> Lens:
-        """A lens with square pixels whose axis meets the middle of the image."""
+        """Return a lens with square pixels whose axis meets the middle of the image."""
         return cls(
             matrix=np.array([[focal_px, 0, size[0] / 2], [0, focal_px, size[1] / 2], [0, 0, 1.0]]),
             distortion=np.asarray(distortion, dtype=np.float64),
@@ -121,7 +120,7 @@ class Lens:
 
     @property
     def reach(self) -> float:
-        """Tangent of the largest angle to the axis that the formula can show.
+        """Tangent of the largest angle to the axis for which the formula is valid.
 
         Beyond it the terms of a strong distortion fold the picture back over itself.
         """
@@ -139,7 +138,7 @@ class Lens:
     # --- other lenses ------------------------------------------------------------------------
 
     def bent(self, share: float, *, further: bool = False) -> Lens:
-        """The lens with no distortion but that which moves the longer side's end by a share.
+        """Return the lens with the distortion that moves the end of the longer side by a share.
 
         Parameters
         ----------
@@ -152,11 +151,13 @@ class Lens:
         return replace(self, distortion=distortion)
 
     def resized(self, scale: Floats, size: tuple[int, int]) -> Lens:
-        """The lens for pictures enlarged along both sides (2,) to a size (width, height) [px]."""
+        """Return the lens for pictures enlarged along both sides (2,) to a size (width, height)
+        [px].
+        """
         return replace(self, matrix=resized_matrix(self.matrix, scale), size=size)
 
     def with_terms_added(self, changes: Mapping[str, float]) -> Lens:
-        """The lens with something added to terms of its distortion, by name."""
+        """Return the lens with additions to terms of its distortion, by name."""
         added = np.array([changes.get(term, 0.0) for term in TERMS])
         return replace(self, distortion=self.distortion + added)
 
@@ -167,13 +168,13 @@ class Lens:
 
     @property
     def shares(self) -> Floats:
-        """By what share of it each term moves the end of the longer side, (5,)."""
+        """Relative displacement of the end of the longer side by each term, (5,)."""
         return self.distortion * (self.half_side_px / self.matrix[0, 0]) ** POWERS
 
     def changed(self, step: Floats, free: FreeLens) -> Lens:
-        """The lens after a step (count,) of its free parameters.
+        """Return the lens after a step (count,) of its free parameters.
 
-        What the image shows of the distortion stays as it is when the focal length changes.
+        The distortion in the image stays the same when the focal length changes.
         """
         rest, matrix, shares = iter(step.tolist()), self.matrix.copy(), self.shares
         if free.focal:
@@ -189,7 +190,7 @@ class Lens:
 
 
 def resized_matrix(matrix: Floats, scale: Floats) -> Floats:
-    """A camera matrix (3, 3) for pictures made larger along both sides (2,).
+    """Return a camera matrix (3, 3) for pictures enlarged along both sides (2,).
 
     Pixels are counted from the first one's centre.
     """
@@ -201,7 +202,7 @@ def resized_matrix(matrix: Floats, scale: Floats) -> Floats:
 
 @dataclass(frozen=True, kw_only=True)
 class FreeLens:
-    """Parts of a lens that are unknown, and so free in a fit.
+    """Unknown parts of a lens, which are free in a fit.
 
     Their order is that of these flags, and within the distortion that of `TERMS`.
 
@@ -238,7 +239,7 @@ class FreeLens:
 
     @property
     def _sigmas(self) -> list[float]:
-        """Prior standard deviation of each free parameter; infinite where nothing is presumed."""
+        """Prior standard deviation of each free parameter; infinite without a prior."""
         found = [np.inf] * self.focal + [BEND_SIGMA] * (2 * self.bends)
         found += [MINOR_SIGMA] * (3 * self.minor)
         found += [CUT_AXIS_SIGMA if self.cut else AXIS_SIGMA] * (2 * self.moves_axis)
@@ -257,4 +258,4 @@ class FreeLens:
 
 
 KNOWN_LENS = FreeLens()
-"""Nothing of the lens is unknown."""
+"""A completely known lens."""

@@ -1,8 +1,8 @@
 """A camera from one photo of the painted ice: from a few rough marks, then from the paint itself.
 
 Club cameras hang under the ceiling and see one house and its hog line, but no corner of the sheet.
-The picture that a club passes on is often cut out of a larger one, stretched, and bent by the lens.
-All of that is found from the rings and the lines, in a picture of standard size.
+Their pictures are often cropped, stretched, and distorted by the lens. All of that is estimated
+from the rings and the lines, in a picture of standard size.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ from friction_estimation.camera.tuning import (
 )
 
 NEEDED = ("12-foot ring", "hog line")
-"""Curves that must be seen where the camera puts them."""
+"""Curves that must be seen in their places."""
 MIN_CLICK_DISTANCE_PX = 4.0
-"""Two places that were clicked nearer than this were clicked at the same place."""
+"""Minimum distance between two marks."""
 CUT_LENS = FreeLens(focal=True, bends=True, cut=True)
 CURVE_COLOURS = {
     "hog line": (60, 230, 60),
@@ -58,12 +58,12 @@ CURVE_COLOURS = {
     "centre line": (0, 200, 200),
     "tee line": (0, 200, 200),
 }
-"""Colours in which curves are drawn, blue-green-red."""
+"""Colours of drawn curves, blue-green-red."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PhotoCamera:
-    """The camera that took a photo.
+    """Camera of a photo.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def camera_from_photo(
     height: float | None = None,
     stone: tuple[float, float] = (Scene.stone_radius, Scene.stone_height),
 ) -> PhotoCamera:
-    """The camera that took a photo of one house and its hog line.
+    """Solve the camera of a photo of one house and its hog line.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def camera_from_photo(
     )
     small, large = photo.solver(PHOTO_SIDE), photo.solver(WORKING_SIDE)
     best = photo.most_likely(small)
-    # Paint that a small picture shows to a pixel is seen more closely in a larger one.
+    # The paint is located more exactly in a larger picture.
     whole = small.whole(best.refined, size)
     closer = large.followed(large.reduced_camera(whole.camera))
     if closer is None or closer.wrong:
@@ -140,7 +140,7 @@ def camera_from_photo(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Photo:
-    """A photo, and what was marked in it.
+    """A photo and its marks.
 
     Parameters
     ----------
@@ -158,17 +158,19 @@ class _Photo:
     height: float | None
 
     def marks(self, scale: Floats) -> dict[str, Floats]:
-        """The marks in a copy whose sides are those of the photo times a scale (2,)."""
+        """Return the marks in a copy of the photo scaled along both sides (2,)."""
         return {name: (px + 0.5) * scale - 0.5 for name, px in self.clicks.items()}
 
     def two(self, scale: Floats) -> TwoMarks:
-        """The two marks that are needed, in such a copy."""
+        """Return the two required marks, in such a copy."""
         marks = self.marks(scale)
         tee, hog = (marks[f"{self.end}_{place}"] for place in ("tee", "hog_centre"))
         return TwoMarks(end=-1.0 if self.end == "home" else 1.0, tee=tee, hog=hog)
 
     def solver(self, side: int) -> PaintSolver:
-        """The search in a copy whose longer side has `side` pixels, or in a smaller photo."""
+        """Return the search in a copy whose longer side has `side` pixels, or in a smaller
+        photo.
+        """
         grey, _, scale = reduced(self.grey, (0, 0), max(self.grey.shape) / side)
         markings, keypoints = markings_of(self.sheet), keypoints_of(self.sheet)
         markings = markings[markings.of(*(name for name in CURVES if name not in OPTIONAL))]
@@ -195,7 +197,7 @@ class _Photo:
         )
 
     def most_likely(self, solver: PaintSolver) -> SolvedCamera:
-        """Return the best of several searches that all the paint agrees with.
+        """Return the best of several searches that agree with all of the paint.
 
         Raises
         ------
@@ -206,18 +208,17 @@ class _Photo:
         wide = [metres * two.px_per_metre for metres in PHOTO_SEARCHES]
         best = solver.most_likely((search.best(seed), wide) for seed in range(PHOTO_TRIALS))
         if best is None:
-            raise InputError("no rings and hog line are found near what was clicked")
+            raise InputError("no rings and hog line found near the marks")
         if best.wrong:
             raise InputError(
-                "no camera agrees with all of the paint: the "
-                f"{' and '.join(best.wrong)} would be elsewhere; check the "
-                "clicks, and that the rings and the hog line are in view"
+                f"no camera agrees with all of the paint (not with the {', '.join(best.wrong)}); "
+                "check the marks, and that the rings and the hog line are in view"
             )
         return best
 
 
 def draw_markings(image: Image, camera: Camera, sheet: Sheet, scale: int = 1) -> Image:
-    """The photo, enlarged, with rings and lines drawn where the camera puts them."""
+    """Return the photo, enlarged, with the projected rings and lines."""
     size = (image.shape[1] * scale, image.shape[0] * scale)
     picture = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_CUBIC), dtype=np.uint8)
     for name, xy in curves_of(sheet):
@@ -238,7 +239,7 @@ def _end_seen(
     keypoints: Mapping[str, tuple[float, float]],
     size: tuple[int, int],
 ) -> str:
-    """The end that is in the photo, home or away, by the names of the clicks."""
+    """Return the end that is in the photo, home or away, from the names of the marks."""
     for name, (u, v) in clicks.items():
         if name not in keypoints:
             raise InputError(f"unknown point {name!r}; expected one of {', '.join(keypoints)}")
@@ -256,7 +257,7 @@ def _end_seen(
 
 
 def _scene(refined: RefinedCamera, sheet: Sheet, stone: tuple[float, float]) -> Scene:
-    """The camera as a scene: the keypoints in view, where the camera puts them, and its lens."""
+    """Return the camera as a scene: the projected keypoints in view, and its lens."""
     camera, keypoints = refined.camera, np.array(list(keypoints_of(sheet).values()))
     # A club's ice may be wider or narrower than the scene's: skip keypoints at the border.
     keypoints = keypoints[np.abs(keypoints[:, 0]) < sheet.width / 2]

@@ -1,10 +1,9 @@
 """The paint on the ice, measured in an image to a fraction of a pixel.
 
 The markings are points on the painted curves, each with its normal. The image is sampled along the
-normal around the place where a camera puts the point, and a filter of the curve's own shape (a
-step, or a line of its width) tells how far off it is seen. Neighbours are searched for together
-first, so that a curve is found many pixels away from where it was expected, and then each point for
-itself.
+normal around the projected point, and a filter of the curve's own shape (a step, or a line of its
+width) gives the offset. Neighbours are searched for together first, so that a curve is found many
+pixels away from its expected place, and then each point separately.
 """
 
 from __future__ import annotations
@@ -78,7 +77,7 @@ class Markings:
     curve: Integers
 
     def __getitem__(self, chosen: Flags) -> Markings:
-        """The points for which a flag (n,) is set."""
+        """Return the points for which a flag (n,) is set."""
         return Markings(**{item.name: getattr(self, item.name)[chosen] for item in fields(self)})
 
     def of(self, *names: str) -> Flags:
@@ -105,9 +104,9 @@ class MarkingMeasurements:
 
 
 def keypoints_of(sheet: Sheet) -> dict[str, tuple[float, float]]:
-    """The places on the ice that can be marked by hand, by name, sheet frame [m].
+    """Return the places on the ice that can be marked by hand, by name, sheet frame [m].
 
-    In each, two lines or edges meet. The four corners come first, under their names in a scene
+    At each, two lines or edges meet. The four corners come first, under their names in a scene
     file. Left and right are those of someone looking from the home end to the away end. A hog line
     means its middle, a ring the outer edge of the twelve-foot ring.
     """
@@ -130,7 +129,7 @@ def keypoints_of(sheet: Sheet) -> dict[str, tuple[float, float]]:
 
 @lru_cache(maxsize=4)
 def markings_of(sheet: Sheet) -> Markings:
-    """The markings of a sheet whose place the rule book fixes, but not where curves cross.
+    """Return the markings of a sheet whose place the rule book fixes, except where curves cross.
 
     Source
     ------
@@ -155,7 +154,7 @@ def markings_of(sheet: Sheet) -> Markings:
 
 
 def _without_crossings(markings: Markings) -> Markings:
-    """Leave out the points at which another line crosses or touches, as wide as it blurs."""
+    """Drop the points at which another line crosses or touches, including its blur."""
     x, y = markings.xy.T
     depth = np.abs(y)
     upright = np.abs(markings.normal[:, 0]) > 0.5
@@ -177,7 +176,7 @@ def _without_crossings(markings: Markings) -> Markings:
 
 
 def fitted_markings(sheet: Sheet) -> Markings:
-    """The markings to which films are fitted, see `FITTED_CURVES`."""
+    """Return the markings to which films are fitted, see `FITTED_CURVES`."""
     markings = markings_of(sheet)
     return markings[markings.of(*FITTED_CURVES)]
 
@@ -224,7 +223,7 @@ class PaintedCurve:
 
 
 def painted_curves(sheet: Sheet) -> list[PaintedCurve]:
-    """All that is painted on a sheet, and its border."""
+    """Return everything that is painted on a sheet, and its border."""
     side, back = sheet.width / 2, sheet.length / 2
     found: list[PaintedCurve] = []
 
@@ -291,7 +290,7 @@ def responses_of(
     *,
     flanks: tuple[float, float] = (1.0, 1.0),
 ) -> Responses:
-    """The image around the markings, compared with their shapes.
+    """Compute the responses of the image around the markings to their shapes.
 
     Parameters
     ----------
@@ -325,7 +324,7 @@ def responses_of(
     ).astype(np.float32, copy=False)
     lines = markings.width[index] > 0
     strength[~lines] = _filtered(profile[~lines], _step_filter(), half)
-    # Widths of half a pixel's steps are enough: the filter is symmetric whatever its width.
+    # Widths in steps of half a pixel are enough: the filter is symmetric for any width.
     rounded = np.round(width_px[index] / PROFILE_STEP_PX) * PROFILE_STEP_PX
     for width in np.unique(rounded[lines]):
         own = lines & (rounded == width)
@@ -347,7 +346,7 @@ def measure_markings(
     markings: Markings,
     search_px: float,
 ) -> MarkingMeasurements:
-    """Measure where markings are seen in an image, near where a camera puts them.
+    """Measure the places of markings in an image, near their projections by a camera.
 
     Parameters
     ----------
@@ -372,7 +371,7 @@ def measure_markings(
 def expected_measurements(
     camera: Camera, markings: Markings, paint: float, rng: np.random.Generator
 ) -> MarkingMeasurements:
-    """The markings as a camera would measure them on bare ice, before it films.
+    """Return the expected measurements of the markings by a planned camera on bare ice.
 
     Parameters
     ----------
@@ -397,7 +396,7 @@ def expected_measurements(
 def _measurable(
     camera: Camera, markings: Markings, low: ArrayLike, high: ArrayLike
 ) -> tuple[Floats, Floats, Floats, Flags]:
-    """Return the view of every point, and whether a picture shows it well enough to measure.
+    """Return the projection of every point, and whether it can be measured in a picture.
 
     Parameters
     ----------
@@ -426,14 +425,14 @@ def _measurable(
         radius_px = length**2 / np.abs(np.sum(normal_px * bent, axis=1))
         normal_px *= np.sign(scale)[:, None]
         scale = np.abs(scale)
-        # A search may run out of the image: there is no edge out there to be misled by.
+        # A search may run out of the image, where there is no edge to be mistaken for the paint.
         usable = np.all(
             (there >= np.add(low, margin)) & (there <= np.subtract(high, margin)), axis=1
         )
         usable &= camera.sees(np.column_stack([markings.xy, np.zeros(len(markings.xy))]))
         usable &= markings.clear * scale > MIN_CLEARANCE_PX
         usable &= (markings.width == 0) | (markings.width * scale < MAX_LINE_WIDTH_PX)
-        # Blur moves an edge that bends towards its inner side.
+        # Blur moves a curved edge towards its inner side.
         usable &= radius_px > MIN_RADIUS_PX
     return there, normal_px, scale, usable
 
@@ -445,13 +444,13 @@ def _step_filter() -> Floats:
 
 
 def _line_filter(width_px: float, flanks: tuple[float, float] = (1.0, 1.0)) -> Floats:
-    """A line beside its surroundings, as a camera blurs it.
+    """Filter of a line and its surroundings, with the camera's blur.
 
-    Without the blur a line that is thinner than a pixel is drawn to the nearest row of pixels.
+    Without the blur a line that is thinner than a pixel is attracted to the nearest row of pixels.
     """
     n = int(np.ceil(width_px / PROFILE_STEP_PX)) + 1
     s = np.arange(-n, n + 1) * PROFILE_STEP_PX
-    # Shares of a sample's reach inside the line and beside it, so that the width need not divide.
+    # Shares of a sample inside the line and beside it, so that any width is possible.
     inside = np.clip((width_px / 2 - np.abs(s)) / PROFILE_STEP_PX + 0.5, 0, 1)
     beside = np.clip((width_px - np.abs(s)) / PROFILE_STEP_PX + 0.5, 0, 1) - inside
     beside *= np.where(s < 0, *flanks)

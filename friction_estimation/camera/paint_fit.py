@@ -1,7 +1,7 @@
-"""A camera fitted to the painted lines: they are measured around it, and it is moved to them.
+"""Fit of a camera to the painted lines, which are measured around their projections.
 
 The lines are measured again in every round, from a wide search to a narrow one. Marks made by hand
-and prior knowledge of lenses count too, so that a lens is never stranger than the paint demands.
+and the prior of lenses are included, so that a lens is no more unusual than the paint requires.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ STEP = 1e-5
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PaintFit:
-    """An image, the markings to look for in it, and what else is known of the camera.
+    """Image, markings to search for in it, and prior knowledge of the camera.
 
     Parameters
     ----------
@@ -80,13 +80,13 @@ class PaintFit:
         return camera
 
     def measure(self, camera: Camera, search_px: float) -> MarkingMeasurements:
-        """The markings as they are seen near where a camera puts them; see `measure_markings`."""
+        """Measure the markings near their projections; see `measure_markings`."""
         return measure_markings(self.grey, self.origin, camera, self.markings, search_px)
 
     def fit(
         self, camera: Camera, measured: MarkingMeasurements, lens: FreeLens, scale_px: float
     ) -> RefinedCamera:
-        """The camera that meets given measurements best, and how well they determine it.
+        """Fit the camera to given measurements, with its covariance.
 
         Parameters
         ----------
@@ -101,8 +101,8 @@ class PaintFit:
 class _Fit:
     """One robust least-squares fit (trust region, `scipy.optimize.least_squares`).
 
-    Measured points count by Geman and McClure's loss, marks made by hand by Cauchy's. The shift of
-    the paint at the rim is fitted beside the camera, and then forgotten.
+    Measured points have Geman and McClure's loss, marks made by hand Cauchy's. The shift of the
+    paint at the rim is a nuisance parameter.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ class _Fit:
         return max(min(most, 2 * spread), self._known.min_scale_px)
 
     def _move(self, change: float) -> None:
-        """Move the camera to where the loss is least, until a step changes less than a share."""
+        """Minimise the loss, until a step changes less than a share."""
         start, rim = self.camera, self._rim
         found = least_squares(
             lambda step: self._residuals(start.moved(step[:-1], self._lens), rim + step[-1]),
@@ -163,7 +163,7 @@ class _Fit:
         self.camera, self._rim = start.moved(found.x[:-1], self._lens), rim + found.x[-1]
 
     def _off(self, camera: Camera, rim: float) -> Floats:
-        """Distances of measured points from where a camera and a shift at the rim put them [px]."""
+        """Distances of measured points from their projections with a shift at the rim [px]."""
         apart = self._target - camera.project(self._points)
         return np.sum(apart * self._normal, axis=1) - rim * self._rim_shift
 
@@ -183,7 +183,7 @@ class _Fit:
         points, hand = slice(0, self._count), slice(self._count, self._count + 2 * self._marks)
         seen = 1 + squares[points] / self._cut
         found[:, points] = squares[points] / seen, 1 / seen**2, -2 / self._cut / seen**3
-        # A point marked by hand may be a slip: it pulls no harder than a few standard errors.
+        # A point marked by hand may be wrong: its influence is limited to a few standard errors.
         slip = 1 + squares[hand] / 9
         found[:, hand] = 9 * np.log(slip), 1 / slip, -1 / 9 / slip**2
         return found
@@ -193,7 +193,7 @@ class _Fit:
         return len(self._clicked)
 
     def judged(self) -> RefinedCamera:
-        """The fitted camera, its covariance and its misfit."""
+        """Return the fitted camera, its covariance and its misfit."""
         known, off = self._known, self._off(self.camera, self._rim)
         even = max(2 * MARKING_SIGMA_PX, known.min_scale_px)
         agrees = np.abs(off) < OUTLIER_AT * self.scale
@@ -215,8 +215,8 @@ class _Fit:
     def _covariance(self, off_px: Floats, agrees: Flags) -> Floats:
         """Covariance of the free parameters and the shift at the rim, (m + 1, m + 1).
 
-        Points are weighed with care in the fit, for there may be other paint. Their residuals show
-        their errors, and those of whole curves.
+        The weights of the fit are conservative, because there may be other paint. The residuals
+        show the errors of points, and of whole curves.
 
         Parameters
         ----------
@@ -285,8 +285,7 @@ def _rim_shift(camera: Camera, points: Floats, normal_px: Floats) -> Floats:
 def _placement_errors(markings: Markings, camera: Camera, measured: MarkingMeasurements) -> Floats:
     """Return the error of each point for a misplaced painted curve, (n, curves) [px].
 
-    A ring or a line is laid as a whole, and seen as a whole: an error of its place is the same all
-    along it.
+    A ring or a line is painted as a whole: an error of its place is the same all along it.
     """
     xy, normal = markings.xy[measured.index], markings.normal[measured.index]
     shifted = camera.project(_on_ice(xy + PAINT_PLACEMENT_SIGMA * normal))
@@ -296,7 +295,7 @@ def _placement_errors(markings: Markings, camera: Camera, measured: MarkingMeasu
     line |= markings.of("border")[measured.index]
     end, side = np.sign(xy[:, 1]), np.sign(xy[:, 0])
     along = np.abs(normal[:, 0]) > 0.5
-    # A line along the sheet runs from end to end, with another one on the other side.
+    # A line along the sheet runs from end to end, with a parallel one on the other side.
     place = np.where(line & along, 2 * side, np.where(line, 4 * end, end))
     _, own = np.unique(
         np.column_stack([markings.curve[measured.index], place, line & along]),
@@ -319,8 +318,7 @@ def _placement_scale(
 ) -> float:
     """Return the error of this sheet's curves as a multiple of the usual one; 1 if not seen.
 
-    Its likelihood is that of what the fit leaves of them (restricted maximum likelihood), weighed
-    by how well other sheets are painted.
+    It maximises the restricted likelihood of the residuals, with a prior from other sheets.
 
     Parameters
     ----------
@@ -333,7 +331,7 @@ def _placement_scale(
     pull = errors.T * weight
     left = pull - pull @ jacobian @ covariance @ (jacobian * weight[:, None]).T
     strength, way = np.linalg.eigh(left @ errors)
-    # What the fit follows altogether is not seen.
+    # Directions that the fit absorbs completely are not observed.
     seen = strength > 1e-3 * (pull @ errors).max()
     strength, left = strength[seen], way[:, seen].T @ left
     found, noise = (left @ off_px) ** 2, variance * np.sum(left**2, axis=1)

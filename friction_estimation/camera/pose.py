@@ -1,7 +1,7 @@
 """Pose of a camera from known points of the ice.
 
-Where the scene does not give the lens, a rough one is found with the pose; `refinement` then
-measures it on the painted lines.
+If the scene does not give the lens, a rough one is found with the pose; `refinement` then refines
+it on the painted lines.
 """
 
 from __future__ import annotations
@@ -29,24 +29,24 @@ from friction_estimation.camera.scene import MIN_POINTS, Scene
 from friction_estimation.camera.tuning import MAX_AXIS_OFFSET, MAX_MISFIT
 
 PLANE_TURNS = (0.0, 0.5, 1.0)
-"""Angles by which the axes of the ice may be turned before a pose is sought [rad]."""
+"""Rotations of the axes of the ice before the search for a pose [rad]."""
 SAME_FOCAL = 0.2
-"""Trial focal lengths that differ by less, in log, lead to the same cameras."""
+"""Minimum difference of trial focal lengths, in log."""
 FOLLOWED = 3
-"""Trial lenses that are followed: those that meet the points best."""
+"""Number of trial lenses that are followed: those with the smallest misfit."""
 NOTHING_MEASURED = MarkingMeasurements(
     index=np.empty(0, dtype=np.intp),
     normal_px=np.empty((0, 2)),
     offset_px=np.empty(0),
     expected=0,
 )
-"""No paint, where points alone tell the camera."""
+"""No paint, for a camera from points alone."""
 
 
 def cameras_from_points(
     sheet_points: Floats, points_px: Floats, lens: Lens
 ) -> list[tuple[float, Camera]]:
-    """The cameras above the ice that see known points where they were marked, best first.
+    """Return the cameras above the ice that project known points onto their marks, best first.
 
     A plane seen by a pinhole allows two poses that fit almost equally well; both are refined.
 
@@ -85,9 +85,9 @@ def _first_poses(
 ) -> list[tuple[Floats, Floats]]:
     """Rotation vectors and translations of both poses before they are refined.
 
-    OpenCV takes the root of a number that is zero where an axis of the plane lies across the line
-    of sight, as from the middle of a long side; rounding decides its sign. Then the axes are
-    turned.
+    OpenCV takes the root of a number that is zero if an axis of the plane is perpendicular to the
+    line of sight, as from the middle of a long side; rounding then decides its sign. In that case
+    the axes are rotated.
     """
     for turn in PLANE_TURNS:
         turned = cv2.Rodrigues(np.array([0.0, 0.0, turn]))[0]
@@ -113,7 +113,7 @@ def best_camera(
 
 
 def trial_lenses(lens: Lens, *, focal: bool, bends: bool) -> list[Lens]:
-    """A lens, and clearly different ones where its focal length or its distortion is unknown."""
+    """Return a lens, and clearly different ones if its focal length or distortion is unknown."""
     lenses = [lens]
     if focal:
         focals = np.array(TRIAL_FOCALS) * max(lens.size)
@@ -123,16 +123,16 @@ def trial_lenses(lens: Lens, *, focal: bool, bends: bool) -> list[Lens]:
 
 
 def camera_from_scene(scene: Scene, size: tuple[int, int]) -> Camera:
-    """The camera that sees the scene's points where they were marked; see `marked_camera`."""
+    """Solve the camera from the scene's points; see `marked_camera`."""
     return marked_camera(scene, size).camera
 
 
 def marked_camera(scene: Scene, size: tuple[int, int]) -> RefinedCamera:
-    """The camera that sees the scene's points where they were marked, and how well it is known.
+    """Solve the camera from the scene's points, with its uncertainty.
 
     Without a camera matrix the focal length is solved with the pose, for square pixels and a
-    principal point at the image's centre. Where no distortion is given, the lens counts as free of
-    it unless the points contradict that.
+    principal point at the image's centre. Without a given distortion the lens is assumed to have
+    none, unless the points contradict that.
 
     Parameters
     ----------
@@ -156,14 +156,14 @@ def marked_camera(scene: Scene, size: tuple[int, int]) -> RefinedCamera:
         if solved is not None and solved[0] <= limit_px:
             return solved[1]
     raise InputError(
-        "no camera above the ice sees these points so; " + _suspect(scene, lens, limit_px),
+        "no camera above the ice fits these points; " + _suspect(scene, lens, limit_px),
         source=scene.source,
         where="corners_px" if scene.has_corners else "points",
     )
 
 
 def _by_marks(scene: Scene, lens: Lens, free: FreeLens) -> tuple[float, RefinedCamera] | None:
-    """The most likely camera by a scene's points and the prior of cameras.
+    """Return the most likely camera from a scene's points and the prior of cameras.
 
     Returns
     -------
@@ -193,8 +193,8 @@ def _by_marks(scene: Scene, lens: Lens, free: FreeLens) -> tuple[float, RefinedC
 def place_sigma(scene: Scene, camera: Camera, xy: Floats) -> Floats:
     """Standard error of each coordinate of places on the ice due to the camera, (n,) [m].
 
-    Where `curling locate` made the scene, what it found is interpolated. Else the points were
-    marked by hand, and the error of the marks is propagated through the pose.
+    For a scene of `curling locate` its errors are interpolated. Otherwise the points were marked by
+    hand, and the error of the marks is propagated through the pose.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def place_sigma(scene: Scene, camera: Camera, xy: Floats) -> Floats:
 
 
 def _apart_px(camera: Camera, sheet_points: Floats, points_px: Floats) -> float:
-    """Root mean square distance of points from where a camera puts them [px]."""
+    """Root mean square distance of points from their projections [px]."""
     there = camera.project(np.column_stack([sheet_points, np.zeros(len(sheet_points))]))
     return float(np.sqrt(np.mean(np.sum((there - points_px) ** 2, axis=1))))
 
@@ -224,8 +224,8 @@ def _check_axis(scene: Scene, size: tuple[int, int]) -> None:
     if off.max() > MAX_AXIS_OFFSET:
         raise InputError(
             f"the principal point ({matrix[0, 2]:g}, {matrix[1, 2]:g}) px is far from the "
-            f"middle of a film of {size[0]} × {size[1]} px: intrinsics of another resolution? "
-            "image_size tells which they belong to",
+            f"middle of a film of {size[0]} × {size[1]} px; for a matrix of another picture size "
+            "give image_size",
             source=scene.source,
             where="camera_matrix",
         )
@@ -245,5 +245,5 @@ def _suspect(scene: Scene, lens: Lens, limit_px: float) -> str:
     alone = [k for k, rest in enumerate(others) if agree(ice[rest], px[rest])]
     if len(alone) == 1:
         x, y = ice[alone[0]]
-        return f"point {alone[0] + 1}, of ({x:g}, {y:g}) m on the ice, contradicts all others"
-    return "check that each is the right one"
+        return f"point {alone[0] + 1}, at ({x:g}, {y:g}) m on the ice, contradicts all others"
+    return "check each of them"

@@ -1,4 +1,4 @@
-"""A camera that was solved, and how well it is known."""
+"""Solved camera and its uncertainty."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from friction_estimation.camera.tuning import (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RefinedCamera:
-    """A camera, and how well the paint on the ice agrees with it.
+    """Camera and its agreement with the paint on the ice.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class RefinedCamera:
     def missed(self) -> list[str]:
         """Names of the curves that the camera misses by more than 2 px of the whole picture.
 
-        In a picture of many pixels that may be paint that was not laid to the millimetre.
+        In a picture of many pixels the paint itself may be inexact.
         """
         return [name for name, miss in self.misses_px.items() if miss > TOLERANCE_PX]
 
@@ -71,7 +71,7 @@ class RefinedCamera:
 
     @property
     def height_range(self) -> tuple[float, float]:
-        """The heights between which the camera hangs with 95 % probability [m]."""
+        """95 % interval of the camera's height [m]."""
         height, spread = float(self.camera.position[2]), self.log_focal_sigma
         if spread == 0.0:
             return height, height
@@ -104,7 +104,7 @@ class RefinedCamera:
         return np.sqrt(self.place_variance(xy, z).mean(axis=1))
 
     def resized(self, scale: Floats, size: tuple[int, int]) -> RefinedCamera:
-        """The same for pictures enlarged along both sides (2,); see `Lens.resized`.
+        """Return the same for pictures enlarged along both sides (2,); see `Lens.resized`.
 
         The free parameters do not depend on the size of the picture.
         """
@@ -119,12 +119,12 @@ class RefinedCamera:
 
 
 def unrefined(camera: Camera, disagreeing: tuple[str, ...] = ()) -> RefinedCamera:
-    """A camera that was not compared with the paint, or does not agree with it."""
+    """Return a camera that was not compared with the paint, or does not agree with it."""
     return RefinedCamera(camera=camera, covariance=np.zeros((6, 6)), disagreeing=disagreeing)
 
 
 def height_prior(measured: float | None) -> tuple[float, float]:
-    """Median of a camera's height [m] and its spread in log; narrow where it was measured."""
+    """Prior median of a camera's height [m] and its spread in log; narrow if it was measured."""
     return CAMERA_HEIGHT_PRIOR if measured is None else (measured, MEASURED_HEIGHT_SIGMA)
 
 

@@ -1,8 +1,8 @@
-"""The camera that sees the painted lines where they are in a picture.
+"""Search for the camera of a picture, from the painted lines.
 
-One search serves films and photos: from each of several cameras to begin with, the paint is sought
-in narrower and narrower rounds, until two of them lead to cameras that all of the paint agrees
-with. Clicked points, known parts of a lens and rough marks only differ in where it begins.
+One search serves films and photos: from each of several initial cameras the paint is measured with
+decreasing search radii, until two of them lead to cameras that agree with all of the paint. Clicked
+points, known parts of a lens and rough marks differ only in the initial cameras.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ __all__ = [
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SolvedCamera:
-    """A camera that one search led to, and its agreement with the paint.
+    """Camera from one start, and its agreement with the paint.
 
     Parameters
     ----------
@@ -101,11 +101,11 @@ class PaintSolver:
     size: tuple[int, int]
 
     def most_likely(self, starts: Iterable[tuple[Camera, Sequence[float]]]) -> SolvedCamera | None:
-        """The most likely camera to which the starts lead; None if none agrees with the paint.
+        """Return the most likely camera from all starts; None if no camera agrees with the paint.
 
-        Marks in the wrong place may favour starts that lead astray. So more starts are followed
-        than the camera has unknown parameters, unless one leads to a camera that meets most of the
-        paint, and others until a camera agrees with it.
+        Inaccurate marks may favour wrong starts. More starts are therefore followed than the camera
+        has unknown parameters, unless one leads to a camera that agrees with most of the paint, and
+        others until a camera agrees with it.
 
         Parameters
         ----------
@@ -122,7 +122,7 @@ class PaintSolver:
         return min(found, key=lambda k: (len(k.wrong), k.refined.misfit), default=None)
 
     def followed(self, camera: Camera, searches: Sequence[float] = ()) -> SolvedCamera | None:
-        """The camera that a rough one leads to; None where it meets no paint.
+        """Follow a rough camera; None if it finds no paint.
 
         Parameters
         ----------
@@ -146,18 +146,18 @@ class PaintSolver:
         return SolvedCamera(refined=replace(refined, misses_px=met), share=share, wrong=wrong)
 
     def reduced_camera(self, camera: Camera) -> Camera:
-        """A camera of the whole picture as that of this one."""
+        """Convert a camera of the whole picture to this one."""
         return camera.resized(self.scale, self.size)
 
     def whole(self, refined: RefinedCamera, size: tuple[int, int]) -> RefinedCamera:
-        """A camera of this picture as that of the whole one, of a width and height [px]."""
+        """Convert a camera of this picture to the whole one, of a width and height [px]."""
         return refined.resized(1 / self.scale, size)
 
 
 def refine(
     camera: Camera, scene: Scene, image: Image | Singles, origin_px: tuple[int, int] = (0, 0)
 ) -> RefinedCamera:
-    """The camera that sees the painted lines where they are in an image.
+    """Refine a camera on the painted lines of an image.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def refine(
 def refine_again(
     refined: RefinedCamera, scene: Scene, image: Image | Singles, origin_px: tuple[int, int]
 ) -> RefinedCamera:
-    """The same camera, fitted to another picture of the same paint.
+    """Refine the same camera on another picture of the same paint.
 
     Parameters
     ----------
@@ -204,9 +204,9 @@ def refine_again(
 def displacement(
     refined: RefinedCamera, scene: Scene, image: Image | Singles, origin_px: tuple[int, int]
 ) -> float:
-    """Distance of the paint in a picture from where a camera sees it [px].
+    """Distance of the paint in a picture from its projection by a camera [px].
 
-    Infinite where less than half of the paint is near there that the camera was fitted to.
+    Infinite if less than half of the fitted paint is found.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def displacement(
     measured = solver.fit.measure(solver.reduced_camera(refined.camera), DISPLACED_SEARCH_PX)
     if len(measured.index) < max(MIN_MARKINGS, 0.5 * refined.measured):
         return float(np.inf)
-    # Across a line that moves along itself nothing is seen to move; most do not.
+    # A movement along a line is not visible across it; most movements are.
     off_px = np.sqrt(2 * np.median(measured.offset_px**2))
     return float(off_px / np.mean(solver.scale))
 
@@ -229,7 +229,7 @@ def refine_at_focal(
     origin_px: tuple[int, int],
     log_change: float,
 ) -> RefinedCamera | None:
-    """The camera with another focal length that still sees the painted lines where they are.
+    """Return the camera with another focal length that still agrees with the painted lines.
 
     Parameters
     ----------
@@ -258,7 +258,7 @@ def refine_at_focal(
 def reduced(
     grey: Singles, origin_px: tuple[int, int], factor: float
 ) -> tuple[Singles, tuple[int, int], Floats]:
-    """A picture or a part of one, made smaller.
+    """Return a picture, or a part of one, reduced in size.
 
     Parameters
     ----------
@@ -291,7 +291,7 @@ def _solver(
     origin_px: tuple[int, int],
     lens: FreeLens,
 ) -> PaintSolver:
-    """The search in a picture of a scene; see `refine`.
+    """Return the search in a picture of a scene; see `refine`.
 
     Parameters
     ----------
@@ -314,14 +314,16 @@ def _solver(
 
 
 def _agreeing(before: Camera, solver: PaintSolver, found: SolvedCamera | None) -> RefinedCamera:
-    """A camera of the whole picture that agrees with the paint; else the one before."""
+    """Return a camera of the whole picture that agrees with the paint; else the previous one."""
     if found is None or found.wrong:
         return unrefined(before, () if found is None else found.wrong)
     return solver.whole(found.refined, before.size)
 
 
 def _starts(camera: Camera, fit: PaintFit) -> Iterator[Camera]:
-    """Cameras to begin with: the most likely by their points, and others that marks leave open."""
+    """Return the initial cameras: the most likely ones from their points, and others within the
+    error of the marks.
+    """
     starts = [
         one
         for lens in trial_lenses(camera.lens, focal=fit.lens.focal, bends=fit.lens.bends)
@@ -341,7 +343,7 @@ def _starts(camera: Camera, fit: PaintFit) -> Iterator[Camera]:
 
 
 def _loosest(camera: Camera, fit: PaintFit) -> tuple[Floats, FreeLens]:
-    """The step of a camera, one standard error of the marks, that moves the paint most.
+    """Return the step of a camera, one standard error of the marks, that moves the paint most.
 
     Returns
     -------

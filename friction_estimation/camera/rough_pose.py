@@ -1,8 +1,8 @@
 """A camera from two rough marks and the picture: a global search over pose and lens.
 
-The tee and the middle of the hog line are marked to a third of a metre. Each candidate sees both
-near their marks; the one whose rings and hog line run along the edges in the picture is found by
-differential evolution. Colours do not matter, nor does the size of the picture.
+The tee and the middle of the hog line are marked to a third of a metre. Each candidate projects
+both near their marks; the one whose rings and hog line agree with the edges in the picture is found
+by differential evolution, independent of colours and of the size of the picture.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -40,14 +40,14 @@ in `Lens.bent`; log stretch."""
 EDGE_BLUR = 0.025
 """Blur of the picture before its edges are compared [m]."""
 RIM = 0.05
-"""Width of the picture's rim that is not looked at [m]."""
+"""Width of the picture's ignored rim [m]."""
 FAINT = 2.0
-"""Slope below which an edge counts less [grey levels per pixel]."""
+"""Gradient below which an edge has less weight [grey levels per pixel]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TwoMarks:
-    """The two marks, and others if there are.
+    """The two marks, and optional others.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class RoughSearch:
         soft = cv2.GaussianBlur(grey, (0, 0), max(0.8, EDGE_BLUR * marked.px_per_metre))
         du, dv = (cv2.Sobel(soft, cv2.CV_32F, *k, scale=1 / 8) for k in ((1, 0), (0, 1)))
         steep = np.hypot(du, dv) + FAINT * min(1.0, 60 / marked.px_per_metre)
-        # The rim of a picture that was cut out of another is no paint.
+        # The rim of a cropped picture is not paint.
         rim = int(np.ceil(RIM * marked.px_per_metre))
         steep[:rim], steep[-rim:], steep[:, :rim], steep[:, -rim:] = (np.inf,) * 4
         self._slopes = du / steep, dv / steep
@@ -97,7 +97,7 @@ class RoughSearch:
         self._ice = marked.end * np.concatenate(curves)
 
     def best(self, seed: int) -> Camera:
-        """The best candidate of one search."""
+        """Return the best candidate of one search."""
         found = differential_evolution(
             self._misfit,
             BOUNDS.tolist(),
@@ -173,7 +173,7 @@ class RoughSearch:
         return -total
 
     def _along(self, px: Floats) -> Floats:
-        """Mean change of the picture to the right of curves (n, points, 2), -1 to 1 each."""
+        """Mean gradient of the picture to the right of curves (n, points, 2), -1 to 1 each."""
         tangent = np.diff(px, axis=1)
         middle = (px[:, 1:] + px[:, :-1]) / 2
         length = np.linalg.norm(tangent, axis=2)

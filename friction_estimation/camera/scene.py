@@ -1,4 +1,4 @@
-"""The scene file of a camera: known points of the ice, the lens, the stone; read and checked."""
+"""Scene file of a camera: known points of the ice, the lens, the stone."""
 
 from __future__ import annotations
 
@@ -27,11 +27,12 @@ LENS_KEYS = ("camera_matrix", "distortion", "image_size", "reprojection_px")
 CAMERA_HEIGHTS = (0.5, 50.0)
 """Minimum and maximum height of cameras above the ice [m]."""
 MIN_POINTS, MAX_POINTS = 4, 500
-"""Known points of a scene. People mark a dozen; a thousand would take a minute to fit."""
+"""Maximum number of points of a scene. People mark a dozen; a thousand would take a minute to
+fit."""
 SIZE_ROUNDING_PX = 2.0
-"""Encoders crop pictures to even sides."""
+"""Maximum cropping of a picture's side: encoders crop to even sides [px]."""
 MIN_SPREAD = 1e-3
-"""Points lie in a line where their narrower extent is below this share of their wider one."""
+"""Minimum ratio of the narrower to the wider extent of points that are not collinear."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,7 +79,7 @@ class Scene:
     def __post_init__(self) -> None:
         n = len(self.points_px)
         if n < MIN_POINTS:
-            self._refuse(f"four points of the ice or more are needed, got {n}")
+            self._refuse(f"expected four or more points on the ice, got {n}")
         for name, points in (("px", self.points_px), ("sheet", self.sheet_points)):
             if _in_a_line(points):
                 self._refuse(f"the points lie in a line ({name}); spread them over the ice")
@@ -118,10 +119,10 @@ class Scene:
         self._refuse("the corners are mirrored: left and right, or home and away, are swapped")
 
     def for_size(self, size: tuple[int, int]) -> Scene:
-        """The scene for pictures of another size (width, height) [px] that show the same view.
+        """Return the scene for pictures of another size (width, height) [px] with the same view.
 
-        Points and camera matrix are scaled. Where an older scene does not have the size in which
-        its points were marked, that is the smallest one of the lens and the film that holds them.
+        Points and camera matrix are scaled. For an older scene without the size of its picture, it
+        is the smaller one of lens and film that contains the points.
 
         Raises
         ------
@@ -151,7 +152,7 @@ class Scene:
         if abs(size[1] - scale * own[1]) > SIZE_ROUNDING_PX * max(1.0, scale):
             self._refuse(
                 f"the scene {what} {own[0]} × {own[1]} px, and this one has {size[0]} × "
-                f"{size[1]} px, another shape; {advice}",
+                f"{size[1]} px, another aspect ratio; {advice}",
                 "image_size" if self.picture_size is None else "picture_size",
             )
 
@@ -174,7 +175,7 @@ class Scene:
 def load_scene(
     path: str | Path, camera: str | Path | None = None, height: float | None = None
 ) -> Scene:
-    """A scene from its JSON file.
+    """Load a scene from its JSON file.
 
     Parameters
     ----------
@@ -199,7 +200,7 @@ def load_scene(
 
 
 def load_lens(path: str | Path) -> dict[str, Any]:
-    """The lens in a camera file (`curling calibrate`), as parameters of `Scene`.
+    """Load the lens of a camera file (`curling calibrate`), as parameters of `Scene`.
 
     Raises
     ------
@@ -214,7 +215,7 @@ def save_scene(scene: Scene, path: str | Path) -> None:
 
 
 def document_of(scene: Scene) -> dict[str, Any]:
-    """A scene as its file has it."""
+    """Return the document of a scene."""
     document: dict[str, Any] = {"format": SCENE_FORMAT.name}
     if scene.has_corners:
         document["corners_px"] = dict(zip(CORNERS, scene.points_px.tolist(), strict=True))
@@ -260,7 +261,7 @@ class CornersDocument(Document):
 
 
 class PointDocument(Document):
-    """A known place of the ice, and where it is in the picture."""
+    """Known point of the ice and its pixel."""
 
     sheet: tuple[Metres, Metres]
     px: tuple[Pixels, Pixels]
@@ -321,7 +322,7 @@ def _camera_file(path: str | Path) -> dict[str, Any]:
 
 
 def scene_of(document: Any, source: str) -> Scene:
-    """The scene that a document describes.
+    """Return the scene of a document.
 
     Parameters
     ----------
@@ -357,7 +358,7 @@ def _lens(document: LensDocument) -> dict[str, Any]:
     if document.camera_matrix is not None:
         given["camera_matrix"] = _camera_matrix(document.camera_matrix)
     if document.distortion is not None:
-        # OpenCV leaves out what follows p2 if it is 0.
+        # OpenCV omits the terms after p2 if they are 0.
         terms = [*document.distortion, *[0.0] * (len(TERMS) - len(document.distortion))]
         given["distortion"] = np.array(terms)
     if document.image_size is not None:
@@ -395,7 +396,7 @@ def _camera_matrix(rows: Any) -> Floats:
 
 
 def _turns(corners_px: Floats) -> int:
-    """Corners at which the way round turns right less those at which it turns left.
+    """Return the number of right turns minus left turns around the corners.
 
     -4 for a sheet seen from above: v grows downwards, so counter-clockwise on the ice turns
     negatively in the image.

@@ -34,7 +34,7 @@ class TopView:
 
     @classmethod
     def of(cls, sheet: Sheet, px_per_m: float) -> TopView:
-        """A top view of a sheet at a scale [px/m]."""
+        """Make the top view of a sheet at a scale [px/m]."""
         return cls(
             sheet=sheet,
             px_per_m=px_per_m,
@@ -62,7 +62,7 @@ class TopView:
         )
 
     def maps(self, camera: Camera) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """For every pixel of the view its place in the raw image, as `cv2.remap` takes it."""
+        """Return for every pixel of the view its place in the raw image, for `cv2.remap`."""
         width, height = self.size
         u, v = np.meshgrid(np.arange(width, dtype=np.float64), np.arange(height, dtype=np.float64))
         xy = self.to_sheet(np.column_stack([u.ravel(), v.ravel()]))
@@ -70,5 +70,5 @@ class TopView:
         return raw[:, 0].reshape(height, width), raw[:, 1].reshape(height, width)
 
     def of_frame(self, frame: Image, camera: Camera) -> Image:
-        """A frame seen from above; what lies beside the sheet is not part of the view."""
+        """Return a frame as seen from above, limited to the sheet."""
         return cv2.remap(frame, *self.maps(camera), cv2.INTER_LINEAR, borderValue=0)

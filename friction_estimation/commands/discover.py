@@ -55,7 +55,7 @@ def discover(
     from friction_estimation.discovery.evidence.next_throws import next_throws
     from friction_estimation.discovery.posterior_file import write_posterior_of
     from friction_estimation.discovery.report import write_files
-    from friction_estimation.discovery.verdict import spoken
+    from friction_estimation.discovery.verdict import terminal_text
     from friction_estimation.reports.discovery_page import write_report_page
     from friction_estimation.reports.throws_section import throws_section
     from friction_estimation.tracks.throw_list import load_tracks, throws_beside
@@ -95,4 +95,4 @@ def discover(
         print_remark(f"dropped: {reason}")
     print_remark(f"{folder}: {', '.join(names)}")
     keys = ("verdict", "doubts", "remarks", "effects", "gap", "next_throws")
-    results.show({key: report[key] for key in keys if key in report}, spoken(report))
+    results.show({key: report[key] for key in keys if key in report}, terminal_text(report))

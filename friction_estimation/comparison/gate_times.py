@@ -1,8 +1,8 @@
-"""Throws that light gates timed, thrown again: as long from hog line to hog line, and how slowed.
+"""Gate-timed throws compared with their simulation at equal time from hog line to hog line.
 
-The release of such a throw is not known. It is thrown again with the speed that takes the measured
-time from hog line to hog line. What is left to compare is how much slower it is at the second hog
-line than at the first, by the times for which it breaks both beams, and when it is at the tee line.
+The release of such a throw is unknown. It is simulated with the speed that takes the measured time
+from hog line to hog line. The comparison is then between its loss of speed from the first hog line
+to the second, from the times for which it breaks both beams, and its time at the tee line.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ def _mean(values: Floats) -> float | None:
 
 
 def compare_gate_times(tracks: Sequence[Trajectory], ice: Ice) -> GateComparison:
-    """Throw every timed throw again so that it takes as long from hog line to hog line.
+    """Simulate every timed throw with its measured time from hog line to hog line.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def write_gate_comparison(comparison: GateComparison, folder: Path) -> None:
 
 
 def _again(track: Trajectory, ice: Ice, order: int) -> tuple[GateRethrow, Floats]:
-    """A throw thrown again, and the path that it is predicted to take (n, 2) [m]."""
+    """Simulate a timed throw, and return its predicted path (n, 2) [m]."""
     direction = Direction.AWAY if track.xy[-1, 1] >= track.xy[0, 1] else Direction.HOME
     along = direction * track.xy[:, 1]
     first, second, tee = (
@@ -219,7 +219,7 @@ def _path(
     order: int,
     until: float = np.inf,
 ) -> Trajectory:
-    """The path of a throw down the centre line, to a place along the play or to its rest."""
+    """Path of a throw down the centre line, to a position along the play or to rest."""
     bounds = NO_BOUNDS.copy()
     if np.isfinite(until):
         bounds[3 if direction > 0 else 2] = direction * until

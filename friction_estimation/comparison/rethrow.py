@@ -1,7 +1,7 @@
-"""Every measured throw thrown again on an estimated ice, as the last step of the paper does.
+"""Comparison of measured throws with their simulation on an estimated ice, the paper's last step.
 
-The release is fitted to the first seconds of the free slide only. All that follows, to where the
-stone rests, is a prediction and is compared with what was measured.
+The release is fitted to the first seconds of the free slide only. The rest of the path, up to the
+place of rest, is a prediction and is compared with the measurement.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from friction_estimation.tracks.spin import fit_spin, has_heading
 
 NOTHING_NOTED: Mapping[int, Mapping[str, str]] = MappingProxyType({})
 NOT_YOUR_ICE = 5.0
-"""Mean error of the places of rest above which an ice is another one [m]."""
+"""Mean error of the places of rest above which the tracks are of another ice [m]."""
 RELEASE_WINDOW = 2.5
 """Stretch of a free slide to which its release is fitted [s]. With 5 mm of noise the speed is then
 known to about a millimetre a second, which moves a draw by 2 cm."""
@@ -39,7 +39,7 @@ known to about a millimetre a second, which moves a draw by 2 cm."""
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """All measured throws beside their predictions.
+    """All measured throws with their predictions.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ class Comparison:
 def compare_tracks(
     tracks: Sequence[Trajectory], ice: Ice, *, window: float = RELEASE_WINDOW
 ) -> Comparison:
-    """Throw every measured throw again on an ice, from its measured release.
+    """Simulate every measured throw on an ice, from its measured release.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def compare_tracks(
 
 
 def rethrow(part: FreeSlide, ice: Ice, order: int, window: float = RELEASE_WINDOW) -> Rethrow:
-    """Throw one measured throw again.
+    """Simulate one measured throw.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def write_comparison(
 
 
 def _fit_release(part: FreeSlide, t: Floats, early: Flags, ice: Ice, order: int) -> Release:
-    """The release whose path under the law fits the first seconds, robustly."""
+    """Return the release whose path under the law fits the first seconds, robustly."""
     at, xy = t[early], part.xy[early]
     spin, _, _, heading = fit_spin(part)
     sweeps = _swept_intervals(t, part.track.swept[part.rows])

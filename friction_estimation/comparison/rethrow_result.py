@@ -84,7 +84,7 @@ class Rethrow:
         return self.miss[0] / self.rest_sigma[0], self.miss[1] / self.rest_sigma[1]
 
     def summary(self) -> dict[str, Any]:
-        """The throw in numbers, for JSON and CSV."""
+        """Return the throw in numbers, for JSON and CSV."""
         rest = (None, None) if self.rest is None else self.rest.tolist()
         sigma, sigmas = self.rest_sigma or (None, None), self.sigmas or (None, None)
         return {

@@ -1,8 +1,8 @@
 """Uncertainty of a predicted rest, from the errors of the ice and of the measured release.
 
-A throw is repeated on ices that the standard errors of the ice allow. On each of them its release
-is fitted to the first seconds again, to positions with new errors like those measured. So what one
-part gets wrong and another makes good is not counted twice.
+A throw is repeated on ices drawn from the standard errors of the ice. On each of them the release
+is fitted again to the first seconds, to positions with new noise of the measured size. Errors of
+ice and release that compensate each other are therefore not counted twice.
 """
 
 from __future__ import annotations
@@ -25,11 +25,12 @@ from friction_estimation.tracks.tuning import USUAL_SPIN
 SPREAD_ICES = 128
 """Ices on which a throw is repeated; σ is then known to 9 %."""
 NOISE_THROWS = 12
-"""Throws from which the noise of the positions is learnt."""
+"""Number of throws from which the noise of the positions is estimated."""
 BEND_TIME = 8.0
-"""Residuals that bend more slowly than this are the ice's fault, and no noise of positions [s]."""
+"""Longest period of residuals that count as noise of positions; slower ones come from the ice
+[s]."""
 MEMORY = (0.05, 4.0)
-"""Shortest and longest time for which the noise may remember [s]."""
+"""Shortest and longest correlation time of the noise [s]."""
 LEAST_NOISE = 1e-5
 """Smallest noise that is considered [m], so that exact tracks do not divide by zero."""
 EARLY_ROWS = 20.0
@@ -37,7 +38,8 @@ EARLY_ROWS = 20.0
 
 
 def position_noise(throws: Sequence[Rethrow]) -> CoordinateNoise | None:
-    """The noise of one coordinate of the measured positions; None without rows that could tell it.
+    """Noise of one coordinate of the measured positions; None if there are too few rows to estimate
+    it.
 
     Parameters
     ----------
@@ -45,7 +47,7 @@ def position_noise(throws: Sequence[Rethrow]) -> CoordinateNoise | None:
     """
     series: list[Series] = []
     for throw in throws[:NOISE_THROWS]:
-        # Around the stop, two paths part that end at different times.
+        # Around the stop, paths that end at different times diverge.
         moving = throw.t <= 0.8 * min(throw.t[-1], throw.predicted_time)
         t = throw.t[moving]
         degree = 2 + int(t[-1] / BEND_TIME) if len(t) else 0
@@ -119,7 +121,8 @@ def rest_spread(
 def _pairs(rng: np.random.Generator, rows: int) -> Floats:
     """Independent Gaussian numbers of variance 1 whose mean is zero, (rows, SPREAD_ICES).
 
-    Ices come in pairs of opposite sign, neighbours in their list; these are paired otherwise.
+    Ices come in pairs of opposite sign, neighbours in their list; these numbers are paired
+    differently.
     """
     half = rng.standard_normal((rows, SPREAD_ICES // 2))
     return np.concatenate([half, -half], axis=1)

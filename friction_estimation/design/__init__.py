@@ -1,4 +1,4 @@
-"""Before any throw: how well friction can be known, and which throws are worth making."""
+"""Planning of a session: the achievable precision of friction, and informative throws."""
 
 from curling_env.infrastructure.lazy_names import lazy_names
 

@@ -1,7 +1,7 @@
 """Cramér–Rao bounds of friction measured from tracks: the σ that no unbiased method can beat.
 
-They serve to plan a measurement before it is made, and to judge an estimator after it. Nothing here
-is shared with the estimator: stones slide straight under Coulomb friction, in closed form.
+They serve to plan a measurement and to judge an estimator. No code is shared with the estimator:
+stones slide straight under Coulomb friction, in closed form.
 
 Source
 ------
@@ -45,7 +45,7 @@ def uniform_bound(
 
     Raises
     ------
-    InputError : a number that is not positive, or throws too short to tell anything
+    InputError : a number that is not positive, or throws that are too short
     """
     check_positive(mu=mu, noise=noise, fps=fps)
     information = 0.0
@@ -59,7 +59,7 @@ def uniform_bound(
         response = _beyond_release(t, -0.5 * GRAVITY * t[:, None] ** 2)
         information += float((response**2).sum()) / noise**2
     if information == 0.0:
-        raise InputError("throws too short to tell friction: fewer than 4 frames each")
+        raise InputError("the throws are too short; expected at least 4 frames each")
     return information**-0.5
 
 
@@ -108,7 +108,7 @@ def throw_response(release: Release, *, mu: float, fps: float, sheet: Sheet) -> 
 def field_covariance(
     sheet: Sheet, *, spread: float, length: float, smoothness: float = 2.5
 ) -> Floats:
-    """Prior covariance of ln μ between all cells: a Matérn field on a hardly known level."""
+    """Prior covariance of ln μ between all cells: a Matérn field on a poorly known level."""
     x = np.tile(sheet.x_centres, sheet.shape[0])
     y = np.repeat(sheet.y_centres, sheet.shape[1])
     apart = np.hypot(x[:, None] - x, y[:, None] - y)
@@ -138,7 +138,7 @@ def _bilinear_weights(xy: Floats, sheet: Sheet) -> Floats:
 
 
 def _beyond_release(t: Floats, response: Floats) -> Floats:
-    """The part of a response that an unknown start and speed cannot imitate."""
+    """Part of a response that differs from that of another start and speed."""
     q, _ = np.linalg.qr(np.column_stack([np.ones_like(t), t]))
     return response - q @ (q.T @ response)
 

@@ -1,8 +1,8 @@
-"""Number and kinds of throws that a map of wanted detail needs, before any is made.
+"""Number and kinds of throws needed for a map of a given detail.
 
-Throws are chosen one by one, each time of the kind that leaves the least error over the ice that is
-played on (greedy A-optimal design), judged by the Cramér–Rao bound. The estimator comes within some
-10 % of that bound; throws that scatter from one to the next need more.
+Throws are chosen one by one, each of the kind that leaves the smallest error over the ice in play
+(greedy A-optimal design by the Cramér–Rao bound). The estimator comes within some 10 % of that
+bound; if friction varies from throw to throw, more throws are needed.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ from friction_estimation.design.greedy import (
 )
 
 _MAX_THROWS = 200
-"""A design that needs more throws counts as out of reach."""
+"""Maximum number of throws of a design."""
 _MAX_CELLS = 4000
-"""Cells of a sheet that are weighed against one another: their covariance takes 128 MB."""
+"""Maximum number of cells: their covariance takes 128 MB."""
 _HALF_WIDTH_PLAYED = 1.5
-"""Half the width of the ice that is played on [m]. A draw curls by a metre and a half at most, and
-nearer the side stones are seldom thrown."""
+"""Half-width of the ice in play [m]. A draw curls by at most a metre and a half, and few throws
+come nearer to the side."""
 _SPEEDS_TRIED = (0.8, 1.0, 1.25)
-"""Speeds tried when none are given, as parts of the speed of a draw to the tee."""
+"""Default speeds, as multiples of the speed of a draw to the tee."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +89,7 @@ class Design:
         return dict(Counter(self.kinds).most_common())
 
     def in_words(self, units: Units = Units.METRES) -> str:
-        """The design in plain words, with lengths and speeds in these units."""
+        """Return the design in plain words, with lengths and speeds in these units."""
         n = len(self.kinds)
         feet = units is Units.FEET
         unit, name = (FOOT, "ft") if feet else (1.0, "m")
@@ -97,9 +97,8 @@ class Design:
         wanted = f"{100 * self.precision:g} % at a resolution of {detail}"
         if not self.reached:
             return (
-                f"{wanted} is out of reach of {n} throws, which come to "
-                f"{100 * self.error[-1]:.2g} %: ask for coarser detail, measure more exactly, "
-                "or throw slower"
+                f"{wanted} is out of reach: {n} throws give {100 * self.error[-1]:.2g} %; choose "
+                "a coarser resolution, more exact positions, or slower throws"
             )
         by_speed = sorted(Counter(kind.speed for kind in self.kinds).items())
         speeds = ", ".join(f"{count} at {speed_in(speed, units)}" for speed, count in by_speed)
@@ -110,11 +109,11 @@ class Design:
         return (
             f"{wanted} takes {n} {'throw' if n == 1 else 'throws'}: {speeds}; {away} of them from "
             f"the home end and {n - away} from the away end; on lines {where} {name} beside "
-            "the centre line. Turn half of them in and half of them out."
+            "the centre line. Throw half of them with the in-turn and half with the out-turn."
         )
 
     def summary(self) -> dict[str, Any]:
-        """The design in numbers, for JSON."""
+        """Return the design in numbers, for JSON."""
         return {
             "resolution_m": self.resolution,
             "precision_percent": 100 * self.precision,
@@ -221,38 +220,38 @@ def design_throws(
 
 
 def _coarse_enough(sheet: Sheet, resolution: float) -> Sheet:
-    """The sheet with cells that are no finer than the detail asks for.
+    """Return the sheet with cells no finer than the detail requires.
 
     Raises
     ------
-    InputError : more cells than can be weighed against one another
+    InputError : more cells than the covariance matrix may have
     """
     side = max(sheet.cell_size, min(resolution / 2, PAPER_SHEET.cell_size))
     coarse = replace(sheet, cell_size=side)
     cells = coarse.shape[0] * coarse.shape[1]
     if cells > _MAX_CELLS:
         raise InputError(
-            f"a resolution of {resolution:g} m needs {cells} cells on this sheet, and {_MAX_CELLS} "
-            "can be weighed against one another: ask for less detail"
+            f"a resolution of {resolution:g} m needs {cells} cells on this sheet; expected at "
+            f"most {_MAX_CELLS}: choose a coarser resolution"
         )
     return coarse
 
 
 def _lines(resolution: float) -> Floats:
-    """Positions of lines over the ice played on, at most the detail or 1 m apart [m]."""
+    """Positions of lines over the ice in play, at most the detail or 1 m apart [m]."""
     count = 1 + 2 * int(np.ceil(_HALF_WIDTH_PLAYED / min(resolution, 1.0)))
     return np.linspace(-_HALF_WIDTH_PLAYED, _HALF_WIDTH_PLAYED, count)
 
 
 def _played(sheet: Sheet) -> Flags:
-    """Cells between the tees on the ice that is played on, (cells,)."""
+    """Cells between the tees on the ice in play, (cells,)."""
     x = np.tile(sheet.x_centres, sheet.shape[0])
     y = np.repeat(sheet.y_centres, sheet.shape[1])
     return (np.abs(x) <= _HALF_WIDTH_PLAYED) & (np.abs(y) <= TEE_Y)
 
 
 def _informative_rows(throw: ThrowResponse, noise: float) -> Informative:
-    """The response in units of the noise, compressed to the directions that tell anything."""
+    """Response in units of the noise, compressed to its informative directions."""
     _, size, across = np.linalg.svd(throw.response / noise, full_matrices=False)
     informed = size > 0.3  # a smaller one explains less than a tenth of the variance of any cell
     return Informative(throw.touched, size[informed, None] * across[informed])

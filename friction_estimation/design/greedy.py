@@ -1,7 +1,7 @@
-"""The next throw of a design: how much of the variance that counts it would remove.
+"""Next throw of a design: the variance that it would remove.
 
-What a throw tells is a few rows, each a combination of unknowns measured with unit noise. Throws
-are chosen one by one, each time the one that removes most (greedy A-optimal design).
+The information of a throw is a few rows, each a combination of unknowns measured with unit noise.
+Throws are chosen one by one, each time the one that removes most (greedy A-optimal design).
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def variance_removed(
 
 
 def covariance_after(covariance: Floats, throw: Informative) -> Floats:
-    """The covariance of the unknowns once a throw was made, (P, P)."""
+    """Return the covariance of the unknowns after a throw, (P, P)."""
     spreading = covariance[:, throw.touched] @ throw.rows.T
     return covariance - spreading @ np.linalg.solve(_inner(covariance, throw), spreading.T)
 

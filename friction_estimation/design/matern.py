@@ -1,4 +1,4 @@
-"""Matérn correlation: how alike a smooth field is at two places."""
+"""Matérn correlation of a smooth field at two places."""
 
 from __future__ import annotations
 

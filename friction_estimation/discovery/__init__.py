@@ -1,9 +1,9 @@
-"""Discovery of effects: where measurement and model disagree, and what the model lacks.
+"""Discovery of effects that a model of the ice lacks.
 
-The noise of the tracks is learnt and the baseline is fitted to the same throws (`model`), beside
+The noise of the tracks is estimated and the baseline is fitted to the same throws (`model`), beside
 the systematic errors of the camera. Candidates are scored, fitted and chosen one by one (`search`),
-then tested throw by throw and on throws that nothing was fitted to (`evidence`). A discrepancy that
-no candidate explains is described by the variables that it follows.
+then tested throw by throw and on held-out throws (`evidence`). A discrepancy that no candidate
+explains is described by the variables that it follows.
 """
 
 from curling_env.infrastructure.lazy_names import lazy_names
@@ -22,7 +22,7 @@ __getattr__, __dir__ = lazy_names(
         "evidence.next_throws": ("next_throws",),
         "evidence.posterior": ("draw_posterior",),
         "evidence.significance": (
-            *("follows_most", "friction_structure", "left_out_scores", "own_frictions"),
+            *("strongest_correlation", "friction_structure", "left_out_scores", "own_frictions"),
             *("p_of_mean", "unseen_scores"),
         ),
         "evidence.unknown.explanation": ("Dependence", "explain", "find_dependences", "fit_beside"),
@@ -48,6 +48,6 @@ __getattr__, __dir__ = lazy_names(
         "search.maps": ("find_map", "renew_map"),
         "search.patches": ("find_patches",),
         "search.selection": ("fit_with_noise", "misfit_of", "score_candidates", "try_term"),
-        "verdict": ("doubts", "remarks", "sentence", "spoken"),
+        "verdict": ("doubts", "remarks", "sentence", "terminal_text"),
     },
 )

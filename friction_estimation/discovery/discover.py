@@ -1,4 +1,4 @@
-"""Discovery from tracks to findings: what is missing, what it explains, and what stays open."""
+"""Discovery from tracks to findings: missing effects, their evidence, and open questions."""
 
 from __future__ import annotations
 
@@ -101,11 +101,11 @@ class Discovery(Named):
 
     @property
     def closure(self) -> float:
-        """Part of the slow misfit that the named effects close."""
+        """Share of the slow misfit that the named effects explain."""
         return closure(self.selection.before, self.after)
 
     def runner_up(self, label: str) -> dict[str, Any] | None:
-        """The next best candidate of the round in which an effect was chosen."""
+        """Return the second-best candidate of the round in which an effect was chosen."""
         for round_ in self.selection.rounds:
             if round_.chosen == label and len(round_.trials) > 1:
                 second = round_.trials[1]
@@ -113,11 +113,11 @@ class Discovery(Named):
         return None
 
     def baseline_ice(self) -> Ice:
-        """The baseline as fitted to all throws."""
+        """Return the baseline as fitted to all throws."""
         return ice_of(self.final_base)
 
     def improved_ice(self) -> Ice:
-        """The model with everything that was found, fitted to all throws."""
+        """Return the model with all found effects, fitted to all throws."""
         ice = ice_of(self.final)
         for calibration in self.calibrations:
             if calibration.clearly_off:
@@ -128,7 +128,7 @@ class Discovery(Named):
 
 
 def ice_of(fitted: SessionFit) -> Ice:
-    """The ice of a fit, with its standard errors and what they have in common.
+    """Return the ice of a fit, with its standard errors and their correlations.
 
     Raises
     ------
@@ -161,7 +161,8 @@ def discover(
     ----------
     tracks : measured throws, in order of play
     ice : model of the ice; uniform Coulomb friction on a symmetric running band by default
-    scene : scene of the camera that filmed the tracks; a wrong lens is then sought in its image
+    scene : scene of the camera that filmed the tracks; distortion of its lens is then estimated in
+        its image
     references : calibrations of lengths and times by known ones; they replace those of the ice
     seed : seed of the choice of held-out throws
     progress : progress
@@ -193,7 +194,7 @@ def _discover(
     rng: np.random.Generator,
     progress: Progress,
 ) -> Discovery:
-    """Find what a model lacks, from tracks whose lengths and times are taken as true."""
+    """Find what a model lacks, from tracks with correct lengths and times."""
     refuse_too_many_cells(ice)
     progress("reading tracks", 0.0)
     session = open_session(tracks, scene)
@@ -208,7 +209,7 @@ def search_session(
     rng: np.random.Generator,
     progress: Progress = no_progress,
 ) -> Discovery:
-    """Find what a model lacks that was fitted to all throws of a session.
+    """Find what a model fitted to all throws of a session lacks.
 
     Parameters
     ----------
@@ -228,7 +229,7 @@ def search_session(
         return found
     odd = exceptional_throws(found.selection.best, session)
     if len(odd) and len(session) - len(odd) >= LEAST_THROWS:
-        # What happened once must not spoil the rest: the other throws are searched by themselves.
+        # A single event must not distort the rest: the other throws are searched separately.
         rest = session.only(np.setdiff1d(np.arange(len(session)), odd))
         calm = _search(fit_with_noise(start, rest), given, rng, progress)
         alone = misfit_of(fit(calm.final.model, session.only(odd), calm.final.noise, shared=False))
@@ -238,7 +239,9 @@ def search_session(
 
 
 def _explains_all(found: Discovery) -> bool:
-    """Return whether an unknown with dependences leaves only noise: no throw is odd then."""
+    """Return whether an unknown with dependences leaves only noise, so that no throw is
+    exceptional.
+    """
     return bool(found.dependences) and misfit_of(found.final).white
 
 
@@ -251,7 +254,9 @@ def _is_other_ice(ice: Ice | None, base: SessionFit) -> bool:
 
 
 def _too_few(everything: SessionFit) -> Discovery:
-    """Findings of too few throws: nothing is tried, but what they could have shown is known."""
+    """Return the findings of too few throws: no effect is tried, but the detection limits are
+    known.
+    """
     misfit = misfit_of(everything)
     scores = score_candidates(everything, candidates(everything.session, everything.model.terms))
     selection = Selection(
@@ -314,10 +319,10 @@ def _search(
 
 
 def _select_from(given: Model, astray: Selection) -> Selection:
-    """A selection that begins at the model as it was given, if it comes nearer to the throws.
+    """Return a selection that begins at the given model, if it fits the throws better.
 
-    What is missing may be so large that the strengths of the given effects, fitted without it, end
-    where no step leads on.
+    A missing effect may be so large that the strengths of the given effects, fitted without it, end
+    in a local minimum.
     """
     base = astray.base
     unmoved = fit(given, base.session, base.noise, shared=False)
@@ -336,7 +341,7 @@ def _halves(astray: Selection, after: Misfit) -> bool:
 
 
 def _fit_all(named: SessionFit, everything: SessionFit) -> SessionFit:
-    """The named model fitted to all throws, as far as it goes.
+    """Return the named model fitted to all throws.
 
     Parameters
     ----------

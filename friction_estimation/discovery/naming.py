@@ -1,4 +1,4 @@
-"""Choice of the selected effects that may be named, and test for something unknown."""
+"""Choice of the effects that are named, and test for an unknown effect."""
 
 from __future__ import annotations
 
@@ -41,16 +41,16 @@ from friction_estimation.discovery.tuning import (
 )
 
 Structure = tuple[str, float]
-"""The circumstance that the throws' own frictions follow most, and the p that it is chance."""
+"""The circumstance that the throws' own frictions follow most, and its p."""
 OF_FRICTION = {MAP_CARD.name, "friction_patch"}
 """Effects by which friction differs from place to place."""
 OF_THE_PLACE = {("x", "along"), ("y", "along")}
-"""Variables and pushes by which friction differs from place to place, as a map says."""
+"""Variables and pushes by which friction differs from place to place, as in a map."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Named:
-    """Effects of a selection that may be named, and what they leave.
+    """Effects of a selection that may be named, with their residuals.
 
     Parameters
     ----------
@@ -81,12 +81,14 @@ def name_effects(
     whole: Session,
     progress: Progress,
 ) -> Named:
-    """The effects that may be named: proved throw by throw, and no proxies of something unknown."""
+    """Return the effects that may be named: proved throw by throw, and not proxies of an unknown
+    effect.
+    """
     own = {term.label for term in selection.base.model.terms}
     named, effects, unproved = _proved(selection.best, own, unseen, whole)
     after = misfit_of(named)
     if not after.white or max(named.noise.memory[:2]) > NEARLY_LONGEST * MEMORY_BOUNDS[1]:
-        named, after = _with_lasting_noise(named, after)
+        named, after = _with_correlated_noise(named, after)
     # The own frictions of all throws: those of training alone are few.
     structure = friction_structure(fit_to(named, whole))
     scatters = named.model.spread > LARGEST_SPREAD
@@ -103,20 +105,20 @@ def name_effects(
     if not found.unknown and not has_map:
         return found
     progress("asking what the unknown follows", 0.8)
-    # Friction that follows something else than the place may look like a map.
+    # Friction that depends on another variable than the place may look like a map.
     explanation = explain(selection.best, own, beyond_map=not found.unknown)
-    if explanation is None or not (found.unknown or _follows_no_place(explanation)):
+    if explanation is None or not (found.unknown or _depends_on_more_than_place(explanation)):
         return found
     return _beside_unknown(found, explanation, selection)
 
 
-def _follows_no_place(explanation: Explanation) -> bool:
-    """Return whether friction follows something else than the place."""
+def _depends_on_more_than_place(explanation: Explanation) -> bool:
+    """Return whether friction depends on another variable than the place."""
     return any((d.variable, d.push) not in OF_THE_PLACE for d in explanation.dependences)
 
 
 def _beside_unknown(found: Named, explanation: Explanation, selection: Selection) -> Named:
-    """Return what may be named beside something unknown.
+    """Return the effects that may be named beside an unknown one.
 
     Parameters
     ----------
@@ -131,7 +133,7 @@ def _beside_unknown(found: Named, explanation: Explanation, selection: Selection
     if explanation.pushes:
         calm, beside, _ = _proved(explanation.fit, own, None, explanation.fit.session)
         remains = misfit_of(calm)
-        # An unknown with which the throws fit worse than without has taken over what has a name.
+        # An unknown with which the throws fit worse than without has absorbed a known effect.
         explains = remains.excess < found.after.excess
         if explains:
             named, effects, left = calm, beside, remains
@@ -144,7 +146,8 @@ def _beside_unknown(found: Named, explanation: Explanation, selection: Selection
         closes = closure(selection.before, after)
         explained = {term.label for term in explanation.fit.model.terms}
         if misfit_of(explanation.fit).excess > selection.before.excess:
-            # It explains nothing. Friction may still copy the unknown, by the place; others do not.
+            # It explains nothing. Friction may still copy the unknown through the place; other
+            # effects do not.
             explained = {e.label for e in effects if e.label.partition("[")[0] not in OF_FRICTION}
         doubtful = [
             e.label
@@ -157,7 +160,7 @@ def _beside_unknown(found: Named, explanation: Explanation, selection: Selection
     doubtful += [
         term.label
         for term in named.model.terms
-        # Where no heading was seen, the unknown may be curl, which pushes sideways too.
+        # Without headings the unknown may be curl, which pushes sideways too.
         if term.at_a_limit or (blind and set(term.card.pushes) - {"along"})
     ]
     if doubtful:
@@ -184,13 +187,15 @@ def _beside_unknown(found: Named, explanation: Explanation, selection: Selection
 
 
 def _without_pushes(fitted: SessionFit, session: Session) -> SessionFit:
-    """A fit beside pushes as it predicts the session without them."""
+    """Return a fit beside pushes, with its prediction of the session without them."""
     predicted = predict(fitted.model, session, fitted.states, fitted.ln_factors)
     return replace(fitted, session=session, predicted=predicted)
 
 
 def _with_structure(dependences: list[Dependence], structure: Structure) -> list[Dependence]:
-    """The variables that the unknown follows within throws, and that between; three at most."""
+    """Return the variables that the unknown follows within throws, and the one between them: three
+    at most.
+    """
     variable, p = structure[0].partition(" ")[0].replace("direction", "y"), structure[1]
     between = [Dependence(variable=variable, share=0.0, p=p, push="along")]
     if p > LARGEST_P_BETWEEN_THROWS or variable in {d.variable for d in dependences}:
@@ -198,10 +203,11 @@ def _with_structure(dependences: list[Dependence], structure: Structure) -> list
     return [*dependences, *between][:MOST_VARIABLES]
 
 
-def _with_lasting_noise(named: SessionFit, after: Misfit) -> tuple[SessionFit, Misfit]:
-    """The fit and its misfit with noise that lasts for seconds, if that is all that was left.
+def _with_correlated_noise(named: SessionFit, after: Misfit) -> tuple[SessionFit, Misfit]:
+    """Return the fit and its misfit with noise that lasts for seconds, if that explains all
+    residuals.
 
-    Noise differs from throw to throw. What all throws share is no noise, however slow.
+    Noise differs from throw to throw; a part that all throws share is not noise, however slow.
     """
     if named.session.smoothed:
         return named, after
@@ -219,7 +225,7 @@ def _proved(
     unseen: Session | None,
     whole: Session,
 ) -> tuple[SessionFit, list[EffectEvidence], list[str]]:
-    """The fit with only those effects that throws prove one by one, and the labels of others.
+    """Return the fit with only the proved effects, and the labels of the others.
 
     Parameters
     ----------

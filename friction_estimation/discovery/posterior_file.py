@@ -18,7 +18,7 @@ from friction_estimation.discovery.evidence.posterior import Posterior, draw_pos
 from friction_estimation.discovery.model.fit import SessionFit
 
 CHAINS = 4
-"""Chains into which the draws, all independent, are divided: diagnostics ask for some."""
+"""Number of chains into which the independent draws are divided, for diagnostics."""
 STATES = ("x", "y", "vx", "vy", "theta", "omega")
 LIBRARY = "h5netcdf"
 """Library that writes the file, of the extra `science`."""
@@ -111,7 +111,7 @@ def write_posterior(
 
 
 def _drawn(posterior: Posterior, fitted: SessionFit) -> Variables:
-    """The variables of the group ``posterior``."""
+    """Return the variables of the group ``posterior``."""
     draw = ("chain", "draw")
     variables: Variables = {
         "spread": (draw, _chained(posterior.spreads)),

@@ -36,7 +36,7 @@ def document(
     following: Sequence[NextThrow] = (),
     provenance: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """The report, as `report.json` holds it.
+    """Return the report for `report.json`.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def _effect(
     depends_on: Sequence[str] = (),
     alternatives: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """An effect of the report; its parameters are values, standard errors and units."""
+    """Return an effect of the report; its parameters are values, standard errors and units."""
     return {
         "name": name,
         "kind": kind,
@@ -126,7 +126,7 @@ def _effect(
 def _parameters(
     term: Term, sigma: Mapping[tuple[str, str], float]
 ) -> dict[str, tuple[float, float, str]]:
-    """Return the parameters of a term; of a map how uneven the ice is where stones ran."""
+    """Return the parameters of a term; of a map its spread where stones ran."""
     field = term.map_field
     if field is not None:  # the map itself is in the ice file
         spread = float(field.ln_mu.ravel()[field.crossed].std())
@@ -137,7 +137,7 @@ def _parameters(
     return {
         p.name: (term.values[p.name], sigma.get((term.label, p.name), 0.0), p.unit)
         for p in term.card.parameters
-        if p.name in term.free or p.default is None  # at its default these data say nothing of it
+        if p.name in term.free or p.default is None  # else without data
     }
 
 
@@ -173,7 +173,7 @@ def _calibration(found: Calibration) -> dict[str, Any]:
     what = QUANTITIES[found.name].singular
     return _effect(
         found.name,
-        f"every {what} in the tracks, by a {what} that was given",
+        f"every {what} in the tracks, according to the given {what}",
         {
             "known": [{"measured": r.measured, "true": r.true} for r in found.references],
             "standard_errors": number(abs(found.factor - 1.0) / max(found.stderr, 1e-12)),
@@ -192,7 +192,7 @@ def _undecidable(found: Discovery) -> dict[str, Any]:
         f"throws alone cannot show that {' or '.join(what)} are off by a factor: friction absorbs "
         f"it. Give {' and '.join(checks)}."
         if open_
-        else "lengths and times were checked against what was given."
+        else "lengths and times were checked against the given ones."
     )
     return {"names": open_, "why": why}
 
@@ -238,7 +238,7 @@ def ranked_candidates(found: Discovery) -> list[dict[str, Any]]:
 
 
 def smallest_detectable(found: Discovery) -> dict[str, dict[str, float]]:
-    """The smallest effect that these throws would have shown, by candidate and parameter."""
+    """Return the smallest detectable effects, by candidate and parameter."""
     if not found.selection.rounds:
         return {}
     return {
@@ -263,7 +263,7 @@ def write_files(
     following, provenance : as of `document`
     """
     report = document(found, following, provenance)
-    origin = provenance or {}  # not that of the ice that was given
+    origin = provenance or {}  # not that of the given ice
     save_ice(found.baseline_ice(), folder / "baseline.json", provenance=origin)
     save_ice(found.improved_ice(), folder / "ice.json", provenance=origin)
     write_json(folder / "report.json", report)

@@ -1,4 +1,4 @@
-"""A discovery in words: the verdict in one sentence, alternatives, and blind spots."""
+"""A discovery in words: verdict, alternatives, and limits of the session."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from friction_estimation.discovery.model.candidates import card_of, way_of
 from friction_estimation.discovery.tuning import CLEARLY_OFF, LARGEST_SPREAD, LEAST_THROWS
 
 GATES_SHOW = (
-    "Gate times show one friction for the sheet and how it follows the speed, but no sweeping; "
+    "Gate times show one friction for the sheet and its dependence on speed, but no sweeping; "
     "differences from place to place and forces across the sheet need tracks from film."
 )
 NO_HEADING = "No heading was measured, so curl and spin remain unknown."
@@ -30,41 +30,41 @@ ONE_SPIN = (
     "until some turn the other way."
 )
 NO_SCENE = (
-    "The lens was judged without the camera's scene: all lengths, and every size with them, may "
-    "still be off by some per cent; give --scene or --known-length."
+    "The lens was tested without the camera's scene: all lengths and sizes may be off by some per "
+    "cent; give --scene or --known-length."
 )
 NEARER = 0.95
-"""Part of the distance between forecast and rest from which on a model is no better."""
+"""Maximum ratio of forecast errors, after to before, of an improved model."""
 OTHER_ICE = (
-    "The ice given fits these throws worse than uniform friction does: it is of other ice, or of "
-    "another sheet."
+    "The given ice fits these throws worse than uniform friction; check that it is of this ice "
+    "and this sheet."
 )
 
 
 def readable(label: str) -> str:
-    """The effect of a label in plain words, without its stone."""
+    """Return the effect of a label in plain words, without its stone."""
     way = way_of(label)
     return way.words if way is not None else label.partition("[")[0].replace("_", " ")
 
 
 def number(value: float) -> float:
-    """A value rounded to six significant digits."""
+    """Round a value to six significant digits."""
     return float(f"{value:.6g}")
 
 
 def sentence(found: Discovery) -> str:
-    """The verdict in one sentence that a coach repeats."""
+    """Return the verdict in one sentence."""
     count = len(found.session)
     if not found.enough:
         return (
-            f"Nothing is named: {count} {'throw slides' if count == 1 else 'throws slide'} freely, "
-            f"and fewer than {LEAST_THROWS} cannot tell an effect from chance."
+            f"No effect is named: {count} {'throw slides' if count == 1 else 'throws slide'} "
+            f"freely, and naming one needs {LEAST_THROWS} or more."
         )
     before, after, floor = (
         100.0 * found.gaps[name].rest_error for name in ("before", "after", "noise_floor")
     )
     where = "stop" if found.session.gates is None else "pass the last gate"
-    lacking = _lacking(found)
+    lacking = _missing_effects(found)
     parts = [f"the model lacks {_and(lacking)}"] if lacking else []
     parts += _off(found)
     what = ", and ".join(parts)
@@ -79,8 +79,8 @@ def sentence(found: Discovery) -> str:
     return f"{what[0].upper()}{what[1:]}: fresh throws {how_far}."
 
 
-def _lacking(found: Discovery) -> list[str]:
-    """Return what the model lacks, each with what it may be instead."""
+def _missing_effects(found: Discovery) -> list[str]:
+    """Return the effects that the model lacks, each with its alternatives."""
     named: dict[str, list[str]] = {}
     for effect in found.effects:
         others = [readable(other.name) for other in found.alternatives.get(effect.label, [])]
@@ -103,7 +103,7 @@ def scatter_in_words(found: Discovery) -> str:
 
 
 def _off(found: Discovery) -> list[str]:
-    """Quantities that the tracks have wrong, and throws that are like no other."""
+    """Return wrong scales of the tracks, and exceptional throws, in words."""
     parts = [
         f"{QUANTITIES[c.name].plural} in the tracks are {100 * abs(c.factor - 1):.1f} % too "
         f"{'long' if c.factor > 1 else 'short'} by what was given"
@@ -111,12 +111,12 @@ def _off(found: Discovery) -> list[str]:
         if c.clearly_off and c.references
     ]
     if found.events:
-        parts.append(f"something happened once in throw {_and([str(t) for t in found.events])}")
+        parts.append(f"a single event disturbed throw {_and([str(t) for t in found.events])}")
     return parts
 
 
 def _in_words(variable: str) -> str:
-    """A variable that the unknown follows, in words."""
+    """Return a variable that the unknown follows, in words."""
     words = {
         "t": "the time since release",
         "x": "the line",
@@ -130,20 +130,20 @@ def _in_words(variable: str) -> str:
 
 
 def _and(words: Sequence[str]) -> str:
-    """A list in words."""
+    """Join a list in words."""
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def _centimetres(value: float) -> str:
-    """A distance in centimetres, to what a person sees."""
+    """Return a distance in centimetres, rounded for people."""
     return f"{value:.0f}" if value >= 2.0 else f"{value:.1f}"
 
 
 def doubts(found: Discovery) -> list[str]:
-    """Return a sentence for each alternative to a named effect, with the throw to settle it."""
+    """Return a sentence for each alternative to a named effect, with a throw that would decide."""
     return [
-        f"{name[0].upper()}{name[1:]} or {readable(other.name)}? These throws cannot tell"
-        f"{f'; a throw would: {other.throw}' if other.throw else ''}."
+        f"{name[0].upper()}{name[1:]} or {readable(other.name)}? These throws do not decide"
+        f"{f'; this one would: {other.throw}' if other.throw else ''}."
         for effect in found.effects
         for name in [readable(effect.label)]
         for other in found.alternatives.get(effect.label, [])
@@ -151,11 +151,11 @@ def doubts(found: Discovery) -> list[str]:
 
 
 def remarks(found: Discovery) -> list[str]:
-    """Corrections of a given model, the gain of sweeping, and what the session cannot show."""
+    """Return corrections of a given model, the gain of sweeping, and limits of the session."""
     sentences: list[str] = []
     corrected = _corrections(found)
     if corrected and (found.effects or found.unknown):
-        sentences.append(f"As to the model given, {_and(corrected)}.")
+        sentences.append(f"In the given model, {_and(corrected)}.")
     strengths = [c["name"] for c in changes(found) if _is_strength(c)]
     if "sweeping" in [effect.label for effect in found.effects] + strengths:
         gain = metres_gained(found)
@@ -163,22 +163,22 @@ def remarks(found: Discovery) -> list[str]:
     return [*sentences, *blind_spots(found)]
 
 
-def spoken(report: Mapping[str, Any]) -> str:
-    """Return a report for a terminal: the verdict, then alternatives and remarks, a line each."""
+def terminal_text(report: Mapping[str, Any]) -> str:
+    """Return a report for a terminal: verdict, alternatives and remarks, one per line."""
     lines = [report["verdict"], *report["doubts"], *report["remarks"]]
     lines += [
-        f"Most would be learnt from: {t['words']}." for t in report.get("next_throws", [])[:1]
+        f"Most informative next throw: {t['words']}." for t in report.get("next_throws", [])[:1]
     ]
     return "\n".join(lines)
 
 
 def _corrections(found: Discovery) -> list[str]:
-    """Strengths of the given model that the throws correct, in words."""
+    """Return corrected strengths of the given model, in words."""
     return [_change_in_words(c) for c in changes(found) if _is_strength(c)]
 
 
 def changes(found: Discovery) -> list[dict[str, Any]]:
-    """Strengths and shapes of the given model that the throws correct."""
+    """Return corrected strengths and shapes of the given model."""
     errors = standard_errors(found.final)
     given = {e.name: e.parameters for e in found.given.effects} if found.given else {}
     out: list[dict[str, Any]] = []
@@ -201,13 +201,13 @@ def changes(found: Discovery) -> list[dict[str, Any]]:
 
 
 def _is_strength(change: Mapping[str, Any]) -> bool:
-    """Return whether a change is one of strength, and not of shape."""
+    """Return whether a change is one of strength, not of shape."""
     card = card_of(change["name"])
     return card is not None and card.parameter(change["parameter"]).neutral is not None
 
 
 def _change_in_words(change: Mapping[str, Any]) -> str:
-    """A corrected parameter in words, such as "curl is 12 % weaker than given"."""
+    """Return a corrected parameter in words, such as "curl is 12 % weaker than given"."""
     name, parameter = readable(change["name"]), change["parameter"].replace("_", " ")
     before, after = change["given"], change["found"]
     card = card_of(change["name"])
@@ -217,11 +217,11 @@ def _change_in_words(change: Mapping[str, Any]) -> str:
         return (
             f"{name} is {100 * abs(part):.0f} % {'stronger' if part > 0 else 'weaker'} than given"
         )
-    return f"the {parameter} of {name} is {after:.2g} and not {before:.2g}"
+    return f"the {parameter} of {name} is {after:.2g}, not {before:.2g}"
 
 
 def blind_spots(found: Discovery, *, no_heading: str = NO_HEADING) -> list[str]:
-    """Return sentences on what the session, as it was played, cannot show.
+    """Return sentences on the limits of the session.
 
     Parameters
     ----------
@@ -265,12 +265,12 @@ def metres_gained(found: Discovery) -> dict[str, Any] | None:
 
 
 def gain_in_words(gain: Mapping[str, Any]) -> str:
-    """Describe how far sweeping carries a draw.
+    """Describe the effect of sweeping on a draw.
 
     Parameters
     ----------
     gain : ``metres_gained`` of a report
     """
-    way = "{:.2f} ± {:.2f} m further" if gain["value"] >= 0 else "{:.2f} ± {:.2f} m less far"
+    way = "{:.2f} ± {:.2f} m further" if gain["value"] >= 0 else "{:.2f} ± {:.2f} m shorter"
     how_far = way.format(abs(gain["value"]), gain["stderr"])
-    return f"a draw swept over the last third of its way runs {how_far}"
+    return f"a draw swept over the last third of its path runs {how_far}"

@@ -16,7 +16,7 @@ from friction_estimation.discovery.tuning import LEAST_THROWS
 
 @dataclass(frozen=True, kw_only=True)
 class CameraBias:
-    """The bias of a camera along the sheet, and how it was sought.
+    """Bias of a camera along the sheet, and the search for it.
 
     Parameters
     ----------
@@ -48,16 +48,16 @@ class CameraBias:
         """The result in one line of plain words."""
         search = self.search
         if search.outcome == "found":
-            return f"camera bias of about {1000 * self.size:.1f} mm found and taken off"
+            return f"camera bias of about {1000 * self.size:.1f} mm found and corrected"
         if search.outcome == "none":
-            return f"no bias of the camera; one of {1000 * search.seen_from:.1f} mm would show"
+            return f"no camera bias found; one of {1000 * search.seen_from:.1f} mm would be"
         return (
-            "a bias of the camera cannot be distinguished from the ice: expected "
+            "a camera bias cannot be distinguished from the ice: expected "
             f"{LEAST_THROWS} throws or more, both ways or at speeds further apart"
         )
 
     def summary(self) -> dict[str, Any]:
-        """The result in numbers, for JSON."""
+        """Return the result in numbers, for JSON."""
         search = self.search
         document: dict[str, Any] = {"outcome": search.outcome, "variety": search.variety}
         if np.isfinite(search.seen_from):
@@ -75,7 +75,7 @@ class CameraBias:
 
 
 def camera_bias_of(search: RippleSearch, fitted: SessionFit) -> CameraBias:
-    """The bias of the camera as a fit has it.
+    """Return the bias of the camera in a fit.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""An estimated ice, and how well it is known."""
+"""Estimated ice with its uncertainty."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from friction_estimation.tracks.free_slide import FreeSlide
 Method = Literal["trajectory", "paper"]
 
 SPINS_BY_BENDS = (
-    "No heading was measured: to which side a stone turned is read from the bend of its path, and "
-    "how fast it turned is believed."
+    "No heading was measured: the direction of rotation is inferred from the bend of the path, "
+    "and the rate of rotation is assumed."
 )
 _NORMAL_95 = 1.959964
 """Standard errors on either side of the mean that hold 95 % of a normal distribution."""
@@ -35,7 +35,7 @@ _NORMAL_95 = 1.959964
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """An ice estimated from throws, and how well it is known.
+    """Ice estimated from throws, with its uncertainty.
 
     Parameters
     ----------
@@ -91,8 +91,10 @@ class Estimate:
         return self.mu / factor, self.mu * factor
 
     @property
-    def leftovers(self) -> list[tuple[Floats, Floats]]:
-        """For each throw the times of its fitted rows [s] and what is left along its travel [m]."""
+    def travel_residuals(self) -> list[tuple[Floats, Floats]]:
+        """For each throw the times of its fitted rows [s] and the residuals along its travel
+        [m].
+        """
         if self.fit is None:
             return []
         session = self.fit.session
@@ -135,7 +137,7 @@ class Estimate:
         return remarks
 
     def summary(self) -> dict[str, Any]:
-        """The estimate in numbers, for JSON; an error that rounding has lost is null."""
+        """Estimate in numbers, for JSON; an error lost to rounding is null."""
         low, high = self.interval
         is_known = bool(np.isfinite(self.sigma))
         document: dict[str, Any] = {
@@ -174,7 +176,7 @@ class Estimate:
         return document
 
     def _map(self) -> dict[str, Any]:
-        """The map in numbers, with its prior as the data chose it."""
+        """Map in numbers, with the hyperparameters of its prior."""
         friction = self.ice.friction
         seen = friction.observed
         found: dict[str, Any] = {

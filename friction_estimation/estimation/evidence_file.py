@@ -1,7 +1,7 @@
-"""The throws behind an ice, kept beside its file so that later throws can be added.
+"""Throws behind an ice, kept beside its file so that later throws can be added.
 
-Beside `ice.json` lies `ice.evidence.npz` with the tracks themselves and with what was asked for.
-Map and effects depend on one another, so that an update fits all throws together once more.
+`ice.evidence.npz` beside `ice.json` has the tracks and the options of the estimate. Map and effects
+depend on each other, so an update fits all throws together again.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Evidence:
             now, then = getattr(asked, name), getattr(self.choices, name)
             if now not in (getattr(Choices(), name), then):
                 option = name.replace("_", "-")
-                problem = f"this ice was estimated with another --{option}, and stays so"
+                problem = f"was estimated with another --{option}; an update cannot change it"
                 raise InputError(problem, source=source)
 
 
@@ -68,8 +68,8 @@ def evidence_path(ice: str | Path) -> Path:
 
 
 _COLUMNS = {"throw", "t", "x", "y", "theta", "stone", "clock", "swept"}
-"""Columns of the tracks; columns of standard errors may be there too."""
-_INCOMPLETE = "is not the whole evidence of an ice"
+"""Required columns of the tracks; columns of standard errors are optional."""
+_INCOMPLETE = "is incomplete; expected the evidence of an ice"
 
 
 def save_evidence(
@@ -91,7 +91,7 @@ def save_evidence(
 
 
 def load_evidence(ice: Ice, source: str | Path) -> Evidence:
-    """The throws behind an ice file, and what it was asked for.
+    """Load the throws behind an ice file, and the options of its estimate.
 
     Parameters
     ----------
@@ -111,11 +111,11 @@ def load_evidence(ice: Ice, source: str | Path) -> Evidence:
         )
     columns = read_arrays(path, what="the evidence of an ice")
     if not {*_COLUMNS, "mu", "choices"} <= columns.keys():
-        problem = "has no throws in it: estimate the ice once more from its tracks"
+        problem = "contains no throws; estimate the ice again from its tracks"
         raise InputError(problem, source=path)
     mu, choices = columns.pop("mu"), str(columns.pop("choices"))
     counts = columns.pop("rows", None)
-    if counts is not None:  # releases up to 0.2.0 wrote the labels once for each throw
+    if counts is not None:  # releases up to 0.2.0 wrote the labels once per throw
         if counts.dtype.kind not in "iu" or counts.min(initial=0) < 0:
             raise InputError(_INCOMPLETE, source=path)
         for name in ("throw", "stone", "clock"):
@@ -165,9 +165,9 @@ def _parse_choices(text: str, path: Path) -> Choices:
 def with_later_throws(
     earlier: Sequence[Trajectory], later: Sequence[Trajectory]
 ) -> tuple[list[Trajectory], list[str]]:
-    """Earlier and later throws as one session, and remarks on throws that were there before.
+    """Join earlier and later throws into one session, with remarks on repeated throws.
 
-    Later throws get numbers that go on from the earlier ones.
+    Later throws are numbered after the earlier ones.
     """
     tracks, remarks = list(earlier), list[str]()
     numbers: dict[int, int] = {}

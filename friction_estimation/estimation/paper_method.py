@@ -26,7 +26,7 @@ from friction_estimation.tracks.free_slide import FreeSlide, free_slides
 from friction_estimation.tracks.smoothing import smooth_motion
 
 _MIN_MU = 1e-4
-"""Smallest average that a cell is given: noise can make single cells negative."""
+"""Minimum average of a cell: noise can make single cells negative."""
 
 
 def estimate_by_paper(
@@ -80,7 +80,7 @@ def average_cells(
     means, variances, spacing = [], [], []
     for slide in slides:
         motion = smooth_motion(slide.t, slide.xy, window=window, noise=slide.noise)
-        # One-sided windows at both ends of a track differentiate far worse than whole ones.
+        # One-sided windows at the ends of a track give much noisier derivatives than centred ones.
         t = slide.t
         whole = (t >= t[0] + window / 2) & (t <= t[-1] - window / 2)
         whole = whole if whole.sum() >= 5 else np.ones(len(t), dtype=bool)

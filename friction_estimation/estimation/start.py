@@ -22,11 +22,11 @@ from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.tuning import MAP_SHAPES
 
 SIDEWAYS = "curl"
-"""The effect that bends paths. A fit of friction alone leaves it free and out of its result."""
+"""Effect that bends paths: free in a fit of friction alone, and excluded from its result."""
 
 
 def believed_model(start: Ice, session: Session, *, from_map: bool = False) -> Model:
-    """The model of an ice as rinks have it: with a map, and with the effects that every ice has.
+    """Return the usual model of a rink's ice: a map, and the effects of every ice.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def believed_model(start: Ice, session: Session, *, from_map: bool = False) -> M
 def known_effects_model(
     start: Ice, session: Session, *, uniform: bool = False, from_map: bool = False
 ) -> Model:
-    """The model of an ice of which only the friction is not known.
+    """Return the model of an ice with known effects and unknown friction.
 
     Parameters
     ----------
@@ -69,12 +69,12 @@ def known_effects_model(
 
 
 def _level(start: Ice, session: Session) -> Ice:
-    """The ice with one friction, as the throws roughly have it."""
+    """Return the ice with a single friction, roughly that of the throws."""
     return replace(start, friction=FrictionMap.uniform(first_friction(session), start.sheet))
 
 
 def _with_map(model: Model, session: Session, before: Ice | None) -> Model:
-    """The model with a friction map, that of an earlier ice if there is one."""
+    """Return the model with a friction map, starting from an earlier ice if given."""
     paths = [session.xy[session.rows(i)] for i in range(len(session))]
     sheet = model.ice.sheet
     if before is None:

@@ -1,9 +1,9 @@
-"""The ice of a session: its friction map and its effects, each with a standard error.
+"""Ice of a session: its friction map and its effects, each with a standard error. The effects of
+every rink (speed-dependent friction, curl, spin drag) have priors with the spread among rinks, and
+are fitted together with the map.
 
-What the ice of every rink has (friction that follows the speed, curl, a drag of the spin) is
-believed beforehand, with the spread that rinks have, and fitted together with the map. What else
-the throws prove is added as discovery adds it. A few throws one way therefore give an ice that
-curls; what they did not measure is marked as believed.
+Further effects that the throws prove are added as in discovery. A few throws in one direction
+therefore give an ice that curls; parameters that they did not measure are marked as believed.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def estimate_ice(
     """Estimate an ice from the tracks of throws on it: friction per cell, curl, and the rest.
 
     The tracks may come straight from `curling_env.read_tracks` or from `track_film`. Every number
-    comes with a standard error; what the throws did not measure is marked as believed.
+    has a standard error; parameters that the throws did not measure are marked as believed.
 
     Parameters
     ----------
@@ -81,17 +81,15 @@ def estimate_ice(
     FitError : throws to which no ice can be fitted
     """
     if prior is not None and (start is not None or uniform):
-        raise InputError(
-            "an earlier map as prior goes with no --uniform and with no other ice to start from"
-        )
+        raise InputError("expected one of a prior map, a uniform ice and another ice to start from")
     first = start or prior or Ice.uniform(0.0082)
     refuse_too_many_cells(first)
     from_map = prior is not None
     progress("reading tracks", 0.0)
     session = open_session(tracks, scene)
     if session.gates is None and not session.turns.any():
-        session = session.with_spins_by_bends()
-    # The matrices are too small to share: more threads of linear algebra only wait for each other.
+        session = session.with_spins_from_curvature()
+    # The matrices are too small for several threads of linear algebra.
     with threadpool_limits(limits=1, user_api="blas"), singular_fit_refused():
         if effects == "none" or uniform:
             uniform = uniform or session.gates is not None
@@ -102,7 +100,8 @@ def estimate_ice(
             ice = replace(ice_of(fitted), effects=first.effects, stone=first.stone)
             return _estimate(ice, fitted, search, tracks, uniform=uniform)
         if session.gates is not None:
-            # One friction, and how it follows the speed: gates show no places.
+            # One friction and its dependence on speed: gates do not show differences from place to
+            # place.
             fitted = fit_with_noise(believed_model(first, session).without(MAP_CARD.name), session)
             return _estimate(ice_of(fitted), fitted, None, tracks, uniform=True)
         progress("map and effects together", 0.1)
@@ -120,7 +119,7 @@ def estimate_ice(
 def _fit(
     model: Model, session: Session, camera_bias: CameraBiasChoice, *, uniform: bool = False
 ) -> tuple[SessionFit, RippleSearch | None]:
-    """Fit a model, with the most likely map and the bias of the camera, if it has one."""
+    """Fit a model with the most likely map, and with a bias of the camera if there is one."""
     fitted = fit_with_noise(model, session)
     if uniform:
         return fitted, None
@@ -143,7 +142,7 @@ def _estimate(
     uniform: bool = False,
     discovery: Discovery | None = None,
 ) -> Estimate:
-    """A fit as the estimate of an ice."""
+    """Return a fit as the estimate of an ice."""
     slides_of = free_slides if fitted.session.gates is None else gate_slides
     slides, skipped = slides_of(tracks)
     events = [] if discovery is None else discovery.events

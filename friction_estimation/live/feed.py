@@ -1,8 +1,8 @@
-"""Input of a camera or a stream: frames to look at, and the same frames encoded, for the film.
+"""Input of a camera or a stream: decoded frames, and the same frames encoded, for the film.
 
-The packets of a stream are kept as they came: encoding them again would cost time and blur what is
-to be measured. The frames of a camera are encoded at the finest step of MPEG-4, which does not
-affect the measured positions.
+The packets of a stream are kept unchanged: encoding them again would cost time and accuracy. The
+frames of a camera are encoded at the finest step of MPEG-4, which does not affect the measured
+positions.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from friction_estimation.live import tuning
 CLOCKLESS_FORMATS = ("mpjpeg", "mjpeg")
 """Formats of streams without times: their pictures are stamped when they arrive."""
 A_FILE = {"protocol_whitelist": "file", "format_whitelist": FORMATS}
-"""For films on the disk: no playlist, and nothing that another file is named in."""
+"""For films on the disk: no playlists or other formats that name further files."""
 FINEST_MPEG4 = {"qmin": "2", "qmax": "2", "g": "50"}
 """MPEG-4 at its finest step, with a key frame every 50 frames."""
 MPEG4_TICK = Fraction(1, 65535)
@@ -96,7 +96,7 @@ class Feed(Protocol):
     fps: float
 
     def frames(self) -> Generator[LiveFrame]:
-        """The frames as they come, until the source ends."""
+        """Yield the frames as they arrive, until the source ends."""
         ...
 
     def add_to(self, film: Any) -> Any:
@@ -145,7 +145,7 @@ class Stream:
             film = av.open(
                 self._address,
                 timeout=(tuning.OPEN_TIMEOUT, tuning.READ_TIMEOUT),
-                # A film on the disk is followed, but no file that it names.
+                # A film on the disk is allowed, but no file that it names.
                 options={
                     "rtsp_transport": "tcp",
                     **(A_FILE if _is_file(self._address) else {}),
@@ -177,14 +177,14 @@ class Stream:
         begin: int | None = None
         last = -np.inf
         unseen: list[Packet] = []
-        with suppress(FFmpegError):  # The stream broke off; what came until then is kept.
+        with suppress(FFmpegError):  # an interrupted stream keeps its frames
             for packet in self._film.demux(self._video):
                 shown = timestamp_of(packet)
                 if packet.dts is not None and shown is not None:
                     if begin is None and packet.is_keyframe:
                         begin = shown
                     if begin is None:
-                        continue  # changes to a picture that was never seen
+                        continue  # changes to a missing picture
                     unseen.append(_coded(packet, shown, begin))
                 for frame in _decoded(packet):
                     shown = timestamp_of(frame)

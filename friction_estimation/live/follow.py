@@ -166,7 +166,7 @@ class _Analysis:
 
     @property
     def waiting(self) -> int:
-        """The number of films that are not tracked yet."""
+        """Number of films that are not tracked yet."""
         return len(self._films)
 
     def submit(self, clip: Clip | None) -> None:
@@ -193,7 +193,7 @@ class _Analysis:
             self._estimate = self._estimate_ice(self._reload_seconds)
 
     def remaining(self) -> Iterator[TrackedClip | IceSoFar]:
-        """Wait for all that is not finished; the page is then written without reloading itself."""
+        """Wait for all unfinished films; the page is then written without reloading itself."""
         while self._films:
             yield from self._next_clip()
         if self._estimate is not None:

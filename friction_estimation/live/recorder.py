@@ -53,7 +53,7 @@ class Recorder:
     _last_motion: float = -np.inf
 
     def add(self, frame: LiveFrame) -> Clip | None:
-        """Take in the next frame; the film that ends with it, if one does."""
+        """Add the next frame; return the film that ends with it, if any."""
         if self.motion.detects(frame.t, frame.grey):
             self._last_motion = frame.t
         self._kept += frame.packets
@@ -88,7 +88,7 @@ class Recorder:
         )
 
     def _next_path(self) -> Path:
-        """The next name that no film has: those of an earlier evening cannot be repeated."""
+        """Return the next unused name: films of an earlier evening must not be overwritten."""
         path = self.folder / f"throw-{self.count:03d}.mp4"
         while path.exists() or path.is_symlink():
             self.count += 1

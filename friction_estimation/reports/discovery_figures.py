@@ -1,4 +1,4 @@
-"""Figures of a discovery: forecasts beside paths, and residuals with the effect drawn in."""
+"""Figures of a discovery: forecast and measured paths, and residuals with the effect."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ from friction_estimation.tracks.smoothing import local_fit
 
 BEFORE, AFTER, TRACK = "#c8433f", "#2b7a4b", "#22313f"
 ACCELERATION_WINDOW = 3.0
-"""Width of the windows from which residual accelerations are taken [s]."""
+"""Width of the windows for residual accelerations [s]."""
 DRAW_SPIN = 1.5
-"""Spin of the draw, counter-clockwise [rad/s]: two and a half turns on the way."""
+"""Spin of the draw, counter-clockwise [rad/s]: two and a half turns until rest."""
 EVERY_NTH_ROW = 8
-"""Rows from one such window to the next."""
+"""Number of rows from one such window to the next."""
 COMPONENT = {"along": 0, "left": 1, "turn": 2, "along the sheet": 0, "across the sheet": 1}
 """Index of the acceleration that a push changes: along the travel, to its left, rotation."""
 LABELS = {
@@ -67,7 +67,7 @@ LABELS = {
 def paths_picture(found: Discovery, when: Literal["before", "after"]) -> Figure:
     """Draw the measured and forecast paths of the held-out throws, as their throwers see them.
 
-    Across the sheet it is drawn wider, so that a difference of a stone's width shows.
+    The scale across the sheet is larger, so that a difference of a stone's width is visible.
 
     Parameters
     ----------
@@ -102,10 +102,10 @@ def paths_picture(found: Discovery, when: Literal["before", "after"]) -> Figure:
 
 
 def draw_picture(found: Discovery, units: Units = Units.METRES) -> tuple[Figure, str] | None:
-    """Draw the house with a draw that the model as it was lays on the tee line, and describe where
-    it rests with what was found.
+    """Draw the house with a draw that rests on the tee line under the earlier model, and describe
+    its rest under the improved one.
 
-    None where nothing was named, or no draw comes to rest there.
+    None if no effect was named, or no draw comes to rest there.
     """
     session = found.session
     ices: list[Ice] = []
@@ -130,7 +130,7 @@ def draw_picture(found: Discovery, units: Units = Units.METRES) -> tuple[Figure,
     draw_sheet(ax, sheet, view)
     rests: list[Floats] = []
     for run, colour, name in zip(
-        runs, (BEFORE, AFTER), ("the model as it was", "the improved model"), strict=True
+        runs, (BEFORE, AFTER), ("the model before", "the improved model"), strict=True
     ):
         assert run is not None  # a rate was given
         ax.plot(*view(run.xy).T, color=colour, lw=2, zorder=5, label=name)
@@ -148,10 +148,10 @@ def draw_picture(found: Discovery, units: Units = Units.METRES) -> tuple[Figure,
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), fontsize=8, frameon=False)
     right, past = (rests[1] - rests[0]).tolist()
     return figure, (
-        f"The draw of {speed(weight, units)}, turning counter-clockwise, that the model as it was "
-        f"lays on the tee line rests {short_length(right, units)} to the "
+        f"A counter-clockwise draw of {speed(weight, units)} comes to rest on the tee line in the "
+        f"model before, and {short_length(right, units)} to the "
         f"{'right' if right > 0 else 'left'} and {short_length(past, units)} "
-        f"{'further' if past > 0 else 'shorter'} with what was found."
+        f"{'further' if past > 0 else 'shorter'} in the improved one."
     )
 
 
@@ -220,7 +220,7 @@ def _before_and_after(
 
 
 def _between_throws(before: SessionFit, after: SessionFit, variable: str) -> Figure:
-    """The throws' own frictions over a variable that may change them."""
+    """Return the throws' own frictions over a variable that may change them."""
     session = before.session
     place = {
         "order": session.orders.astype(float),
@@ -232,7 +232,7 @@ def _between_throws(before: SessionFit, after: SessionFit, variable: str) -> Fig
 
 
 def _displacements(after: SessionFit, label: str, variable: str) -> Figure:
-    """Reported less true position over a variable, along the axis on which it changes more."""
+    """Reported minus true position over a variable, along the axis on which it changes more."""
     term = after.model.term(label)
     displacement = term.card.displacement
     assert displacement is not None
@@ -249,7 +249,7 @@ def _displacements(after: SessionFit, label: str, variable: str) -> Figure:
 def _within_throws(
     before: SessionFit, after: SessionFit, label: str, variable: str, dependences: list[Dependence]
 ) -> Figure:
-    """Unexplained accelerations over a variable, and the part that the effect adds."""
+    """Unexplained accelerations over a variable, and the contribution of the effect."""
     session = after.session
     window = 1.0 if variable == "theta" else ACCELERATION_WINDOW
     seen = _accelerations(after, session.observed, window)
@@ -294,7 +294,7 @@ def _in_travel(vectors: Floats, velocity: Floats) -> Floats:
 
 
 def _value(fitted: SessionFit, variable: str) -> Floats:
-    """The variable at every row, (rows,)."""
+    """Return the variable at every row, (rows,)."""
     path, session = fitted.predicted, fitted.session
     if variable == "passes":
         sheet = fitted.model.wear_sheet
@@ -313,7 +313,7 @@ def _value(fitted: SessionFit, variable: str) -> Floats:
 
 
 def _signs(fitted: SessionFit, pushes: Sequence[Push]) -> Floats:
-    """Signs of accelerations with which different throws show the same push, (rows, 3)."""
+    """Signs that make the accelerations of different throws comparable, (rows, 3)."""
     sign = np.ones((len(fitted.predicted), 3))
     sign[:, 2] = -np.sign(fitted.predicted[:, State.OMEGA])
     if "left" in pushes:

@@ -29,7 +29,8 @@ def write_report_page(
     throws: str = "",
     units: Units = Units.METRES,
 ) -> None:
-    """Write `report.html`: paths before and after, names, sizes, questions, then the rest folded.
+    """Write `report.html`: paths before and after, names, sizes, questions; everything else is
+    folded.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ def write_report_page(
     ice = found.improved_ice()
     draw = draw_facts(ice, float(ice.friction.mu.mean()), units)
     folded = [
-        f"<h2>What this ice asks of a draw</h2>{facts(draw)}" if draw else "",
+        f"<h2>A draw on this ice</h2>{facts(draw)}" if draw else "",
         _same_draw(found, units),
         *(_residuals(label, figure) for label, figure in residual_pictures(found)),
         throws,
@@ -51,7 +52,7 @@ def write_report_page(
         _smallest(report),
         _numbers(report),
     ]
-    questions = _sentences("What these throws cannot tell", _open_questions(report))
+    questions = _sentences("What these throws cannot show", _open_questions(report))
     sections = [first, _effects(report), questions, _next(report), fold("Everything else", folded)]
     write_page(
         path,
@@ -62,7 +63,7 @@ def write_report_page(
 
 
 def _paths(found: Discovery, units: Units) -> str:
-    """The throws held out, beside their forecasts by the model before and after."""
+    """Held-out throws with their forecasts by the model before and after."""
     if not found.gaps:
         return ""
     shown = "".join(
@@ -75,21 +76,21 @@ def _paths(found: Discovery, units: Units) -> str:
         for when, words in PICTURES.items()
     )
     return (
-        "<p class=faint>Fresh throws: nothing was fitted to them. They were forecast from their "
-        f"first four seconds, and lie where the thrower sees them.</p><div class=side>{shown}</div>"
+        "<p class=faint>Fresh throws are not used in the fit. Each is forecast from its first four "
+        f"seconds, and drawn as its thrower sees it.</p><div class=side>{shown}</div>"
     )
 
 
 STACKED = "throws"
 """Kind of a table whose rows become lists on a narrow screen."""
 PICTURES: dict[Literal["before", "after"], str] = {
-    "before": "the model as it was",
-    "after": "with what was found",
+    "before": "the model before",
+    "after": "the improved model",
 }
 
 
 def _same_draw(found: Discovery, units: Units) -> str:
-    """The same draw on the ice before and after."""
+    """Return the same draw on the ice before and after."""
     drawn = draw_picture(found, units)
     if drawn is None:
         return ""
@@ -99,11 +100,11 @@ def _same_draw(found: Discovery, units: Units) -> str:
 
 def _residuals(label: str, figure: Figure) -> str:
     unknown = label == "unknown"
-    title = "What nothing known explains" if unknown else f"Where {readable(label)} shows"
+    title = "Unexplained by any known effect" if unknown else f"Evidence for {readable(label)}"
     return (
-        f"<h2>{escape(title)}</h2><p class=faint>Red: what the model as it was leaves "
-        "unexplained, averaged over all throws. Green: what is left once the effect is in it. "
-        f"Noise alone lies around zero.</p>{picture(figure, title)}"
+        f"<h2>{escape(title)}</h2><p class=faint>Red: residuals of the model before, averaged "
+        "over all throws. Green: residuals with the effect in the model. Noise alone lies around "
+        f"zero.</p>{picture(figure, title)}"
     )
 
 
@@ -114,7 +115,7 @@ def _sentences(title: str, sentences: Sequence[str]) -> str:
 
 
 def _next(report: dict[str, Any]) -> str:
-    """The throws that would teach most."""
+    """Most informative next throws."""
     rows = [
         [
             str(place),
@@ -127,15 +128,15 @@ def _next(report: dict[str, Any]) -> str:
     ]
     if not rows:
         return ""
-    head = ["", "throw", "removes of the uncertainty"]
+    head = ["", "throw", "share of the uncertainty removed"]
     return (
-        f"<h2>The next throws that would teach most</h2>{table(head, rows, kind=STACKED)}"
+        f"<h2>The most informative next throws</h2>{table(head, rows, kind=STACKED)}"
         "<p class=faint>Each in addition to those above it. Handles are a right-hander's.</p>"
     )
 
 
 def _words(effect: dict[str, Any]) -> str:
-    """A reported effect in plain words."""
+    """Return a reported effect in plain words."""
     return readable(effect["evidence"].get("label", effect["name"]))
 
 
@@ -205,7 +206,7 @@ def _smallest(report: dict[str, Any]) -> str:
     if not rows:
         return ""
     return (
-        "<h2>What would have been seen</h2><p class=faint>The smallest effect that these "
+        "<h2>Smallest detectable effects</h2><p class=faint>The smallest effect that these "
         "throws would have shown clearly (five standard errors).</p>"
         f"{table(['effect', 'smallest'], rows)}"
     )
@@ -223,5 +224,5 @@ def _numbers(report: dict[str, Any]) -> str:
         ["slow residuals over noise, after", f"{rest['slow_misfit']:.2f}"],
     ]
     left = "".join(f"<li>{escape(reason)}</li>" for reason in report["left_out"])
-    extra = f"<p class=faint>Left out:</p><ul>{left}</ul>" if left else ""
+    extra = f"<p class=faint>Excluded:</p><ul>{left}</ul>" if left else ""
     return f"<h2>Noise and baseline</h2>{table(['', ''], rows, {1})}{extra}"

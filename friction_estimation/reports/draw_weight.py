@@ -11,7 +11,7 @@ from curling_env.units import Units, length, short_length, speed
 from curling_env.validation.shots import HOG_TO_FAR_TEE, HOG_TO_HOG, Shots
 
 DRAW_TURNS = 3.0
-"""Turns of a usual draw on its way."""
+"""Number of turns of a usual draw."""
 
 
 class DrawWeight:
@@ -45,11 +45,11 @@ class DrawWeight:
 
     @property
     def worth_of_a_per_cent(self) -> tuple[float, float] | None:
-        """Effect of one per cent less friction on a draw to the tee.
+        """Effect of one per cent less friction on a draw to the tee: the extra distance of the same
+        throw [m], and the extra time from hog line to hog line of the throw that then draws to the
+        tee [s].
 
-        It is how much further the same throw runs [m], and by how much the time from hog line to
-        hog line of the throw that then draws to the tee is longer [s]; None where no draw comes to
-        rest there.
+        None if no draw comes to rest there.
         """
         keener = DrawWeight(self._ice, 0.99 * self._mu)
         if self.speed is None or self.hog_to_hog is None or keener.hog_to_hog is None:
@@ -59,9 +59,9 @@ class DrawWeight:
 
     @property
     def curl(self) -> float | None:
-        """Curl with a usual turn, beside the line of delivery [m].
+        """Curl with the usual number of turns [m].
 
-        None on ice that does not curl, or where no draw comes to rest at the tee.
+        None on ice without curl, or if no draw comes to rest at the tee.
         """
         if self._ice.effect("curl") is None or self.speed is None or self.seconds is None:
             return None

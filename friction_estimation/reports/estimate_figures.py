@@ -51,7 +51,7 @@ def write_pictures(found: Estimate, folder: Path, units: Units = Units.METRES) -
     save_map(found, folder / "map.png", units)
     save_motion(found, folder / "motion.png")
     names = ["map.png", "motion.png"]
-    if found.leftovers:
+    if found.travel_residuals:
         save_residuals(found, folder / "residuals.png")
         names.append("residuals.png")
     if found.method == "trajectory" and not found.uniform:
@@ -64,7 +64,7 @@ def write_pictures(found: Estimate, folder: Path, units: Units = Units.METRES) -
 
 
 def save_map(found: Estimate, path: Path, units: Units = Units.METRES) -> None:
-    """The friction map as a curler reads it, its uncertainty, and the measured paths."""
+    """Save the friction map in a curler's terms, its uncertainty, and the measured paths."""
     sheet, friction = found.ice.sheet, found.ice.friction
     figure = new_figure(13, 4.5)
     top, bottom = figure.subplots(2, 1)
@@ -106,9 +106,7 @@ def save_map(found: Estimate, path: Path, units: Units = Units.METRES) -> None:
 
 
 def _caption(found: Estimate, units: Units) -> str:
-    """The level of the ice in a curler's numbers, and how far the keenest and heaviest places
-    differ.
-    """
+    """Describe the level of the ice in a curler's numbers, and its keenest and heaviest places."""
     draw = DrawWeight(found.ice, found.mu) if found.mu > 0 else None
     words = ""
     if draw is not None and draw.speed is not None:
@@ -158,7 +156,7 @@ def save_residuals(found: Estimate, path: Path) -> None:
     left, right = figure.subplots(1, 2, width_ratios=(2, 1))
     lags = np.arange(0, 31)
     sums, counts = np.zeros(len(lags)), np.zeros(len(lags))
-    for k, (t, residual) in enumerate(found.leftovers):
+    for k, (t, residual) in enumerate(found.travel_residuals):
         colour = TRACK_COLOURS[k % len(TRACK_COLOURS)]
         rest = 1000 * residual
         left.plot(t, rest, ".", color=colour, ms=1.5, alpha=0.5)
@@ -220,7 +218,7 @@ def save_profile(found: Estimate, plain: Estimate, path: Path) -> None:
 
 
 def save_camera_bias(bias: CameraBias, ice: Ice, path: Path) -> None:
-    """The bias of the camera along the sheet, with its 95 % interval."""
+    """Draw the bias of the camera along the sheet, with its 95 % interval."""
     figure = new_figure(13, 3.4)
     ax = figure.subplots()
     y = np.linspace(bias.nodes[0], bias.nodes[-1], 400)
@@ -247,5 +245,5 @@ def _along_the_sheet(ax: Any, ice: Ice, label: str) -> None:
 
 
 def per_cent(part: float) -> str:
-    """A share in words for people, with its sign."""
+    """Return a share in words for people, with its sign."""
     return f"{100 * part:+.1f} %".replace("-", "−")

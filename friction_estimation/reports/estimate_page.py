@@ -1,4 +1,4 @@
-"""An estimate as one page: what the ice is like first, then how it is known."""
+"""Report of an estimate as one page: first the ice, then the evidence."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SUMMARY_FORMAT = FileFormat(name="curling-estimate/1", what="an estimate")
 
 @dataclass(frozen=True, kw_only=True)
 class Still:
-    """A frame of a film with the tracked stone drawn into it.
+    """Frame of a film with the tracked stone drawn into it.
 
     Parameters
     ----------
@@ -46,15 +46,15 @@ class Still:
 
     @classmethod
     def of(cls, film: str, t: float, image: NDArray[np.uint8]) -> Still:
-        """A still of a picture, (height, width, 3) BGR."""
+        """Return a still of a picture, (height, width, 3) BGR."""
         import cv2
 
         return cls(film=film, t=t, jpeg=cv2.imencode(".jpg", image)[1].tobytes())
 
 
 CAPTIONS = {
-    "map.png": "The ice as a curler reads it: blue is keen, red is heavy, and pale where no stone "
-    "ran. Below: how well each place is known, and the measured paths.",
+    "map.png": "The ice as a curler reads it: blue is keen, red is heavy, and ice on which no "
+    "stone ran is pale. Below: the standard error of each place, and the measured paths.",
     "profile.png": "Friction along the sheet with its uncertainty. The dots are the paper's "
     "method: differentiate the track and average in each cell.",
     "motion.png": "Speed over time, and deceleration over distance, smoothed over two seconds.",
@@ -64,11 +64,11 @@ CAPTIONS = {
     "its correlation should fall off within a few frames.",
 }
 TITLES = {
-    "map.png": "Where it is keen and where heavy",
+    "map.png": "Keen and heavy ice",
     "profile.png": "Along the sheet",
-    "motion.png": "How the stones slowed",
-    "camera.png": "What the camera was off by",
-    "residuals.png": "How well the fit agrees",
+    "motion.png": "Deceleration of the stones",
+    "camera.png": "Bias of the camera",
+    "residuals.png": "Residuals of the fit",
 }
 
 
@@ -82,7 +82,7 @@ def write_report(
     units: Units = Units.METRES,
     notes: Notes = NO_NOTES,
 ) -> list[str]:
-    """All figures and tables of an estimate, and the page that shows them, `report.html`.
+    """Write all figures and tables of an estimate, and the page `report.html`.
 
     Parameters
     ----------
@@ -134,18 +134,18 @@ def _sections(
     if throws:
         yield throws
     if found.ice.effects:
-        yield f"<h2>What else acts on the stones</h2>{_effects(found)}"
+        yield f"<h2>Other effects on the stones</h2>{_effects(found)}"
     if stills:
         named = [(still.jpeg, f"{still.film}, {still.t:.1f} s") for still in stills]
         shown = "".join(picture(jpeg, name, kind="jpeg", caption=name) for jpeg, name in named)
         yield (
-            "<h2>What was seen</h2><p class=faint>The outline shows where the stone was found, the "
-            f"line its path.</p><div class=stills>{shown}</div>"
+            "<h2>Film and track</h2><p class=faint>The outline shows the measured stone, the line "
+            f"its path.</p><div class=stills>{shown}</div>"
         )
     yield from (_picture_section(folder, name) for name in pictures if name != "map.png")
     if found.method == "trajectory":
-        yield f"<h2>The paper's method beside it</h2>{_beside(found)}"
-    yield f"<h2>How each throw was fitted</h2>{_throws(found)}"
+        yield f"<h2>Comparison with the paper's method</h2>{_beside(found)}"
+    yield f"<h2>Fit of each throw</h2>{_throws(found)}"
 
 
 def _picture_section(folder: Path, name: str) -> str:
@@ -154,16 +154,16 @@ def _picture_section(folder: Path, name: str) -> str:
 
 
 def row_table(found: Estimate) -> dict[str, ArrayLike]:
-    """Every row of every track, and what became of it: columns for `write_table`.
+    """Return every row of every track with its use, as columns for `write_table`.
 
     `use` is ``used``, ``before`` or ``after`` a free slide, ``wild``, a jump,
-    ``unlike`` all that the fit expects, or ``between`` rows that say as much in a track that a
-    smoother or a fast camera made. `left_m` is the residual of the fit along the travel [m].
+    ``unlike`` the fit, or ``between`` rows that carry the same information, in smoothed tracks or
+    those of a fast camera. `left_m` is the residual of the fit along the travel [m].
     """
     columns: dict[str, list[NDArray[Any]]] = {
         name: [] for name in ("throw", "t", "x", "y", "use", "left_m")
     }
-    leftovers = found.leftovers
+    travel_residuals = found.travel_residuals
     for track in found.tracks:
         use = np.full(len(track), "before", dtype=object)
         residual = np.full(len(track), np.nan)
@@ -173,7 +173,7 @@ def row_table(found: Estimate) -> dict[str, ArrayLike]:
             use[part.rows] = "used"
             which = found.place(part)
             if found.fit is not None and which is not None:
-                t, left = leftovers[which]
+                t, left = travel_residuals[which]
                 begin = float(found.fit.session.clocks[which] - track.clock)
                 rows = np.searchsorted(track.t, t + begin - 1e-6)
                 thinned = np.diff(rows).min() > 1 if len(rows) > 1 else False
@@ -186,7 +186,7 @@ def row_table(found: Estimate) -> dict[str, ArrayLike]:
 
 
 def headline(found: Estimate) -> str:
-    """The ice in one sentence."""
+    """Return the ice in one sentence."""
     speed = _speed_in_words(found.mu)
     seen = found.ice.friction.observed
     if found.uniform or not seen.any():
@@ -220,12 +220,12 @@ def _facts(found: Estimate, units: Units) -> list[tuple[str, str]]:
     low, high = found.interval
     known = f"known to ± {50 * (high - low) / found.mu:.2g} %"
     if not np.isfinite(found.sigma):
-        known = "its error is not known: rounding has lost it"
+        known = "its error is unknown (lost to rounding)"
     pairs = [(f"{found.mu:.5f}", f"friction μ, {known}")]
     pairs += draw_facts(found.ice, found.mu, units)
     pairs.append((str(found.throws), "throws measured"))
     if found.resolution is not None:
-        pairs.append((length(found.resolution, units), "finest detail that is resolved"))
+        pairs.append((length(found.resolution, units), "finest resolved detail"))
     if found.noise is not None:
         pairs.append((f"{1000 * found.noise.total:.1f} mm", "noise of a measured position"))
     bias = found.camera_bias
@@ -242,12 +242,12 @@ def _remarks(found: Estimate) -> str:
     remarks += "".join(f"<p class=faint>{escape(remark)}</p>" for remark in found.remarks)
     if found.skipped:
         items = "".join(f"<li>{escape(reason)}</li>" for reason in found.skipped)
-        remarks += f"<p class=faint>Left out:</p><ul class=faint>{items}</ul>"
+        remarks += f"<p class=faint>Excluded:</p><ul class=faint>{items}</ul>"
     return remarks
 
 
 def _effects(found: Estimate) -> str:
-    """The effects of the ice with their parameters; the map's μ is the friction at 1 m/s."""
+    """Return the effects of the ice with their parameters; the map's μ is the friction at 1 m/s."""
     cards = catalogue()
     rows: list[list[str]] = []
     for effect in found.ice.effects:
@@ -256,7 +256,7 @@ def _effects(found: Estimate) -> str:
             sigma = effect.sigma.get(parameter)
             if not sigma:
                 continue
-            how = "believed of every ice" if parameter in effect.believed else "measured"
+            how = "assumed" if parameter in effect.believed else "measured"
             unit = cards[effect.name].parameter(parameter).unit if effect.name in cards else ""
             unit = "" if unit == "1" else f" {unit}"
             words = parameter.replace("_", " ")
@@ -264,17 +264,17 @@ def _effects(found: Estimate) -> str:
             rows.append([name, words, f"{value:.4g}{unit}", f"{sigma:.2g}", how])
             name = ""
     if not rows:
-        return "<p>The effects of the ice that was given are kept as they are.</p>"
+        return "<p>The effects of the given ice are unchanged.</p>"
     head = ["", "", "value", "standard error", ""]
     return table(head, rows, numeric={2, 3}) + (
-        "<p class=faint>Map and effects are fitted together: the friction of the map is that at "
-        "1 m/s where friction follows the speed. What the throws did not measure is what is "
-        "believed of every ice, with the spread that rinks have.</p>"
+        "<p class=faint>Map and effects are fitted together. If friction depends on speed, the "
+        "map is the friction at 1 m/s. Assumed values are those of all rinks, with the spread "
+        "among rinks as standard error.</p>"
     )
 
 
 def _beside(found: Estimate) -> str:
-    """The joint fit and the paper's method, in numbers."""
+    """Compare the joint fit and the paper's method in numbers."""
     plain = paper_estimate(found)
     rows: list[list[str]] = []
     ways = (
@@ -289,7 +289,7 @@ def _beside(found: Estimate) -> str:
         rows.append([name, f"{way.mu:.5f}", f"{low:.5f} to {high:.5f}", varies])
     head = ["", "μ", "95 % interval", "cells differ by"]
     return table(head, rows, numeric={1, 2, 3}) + (
-        "<p class=faint>Where cells of the paper's method differ by more, that is the noise of its "
+        "<p class=faint>Larger differences between cells in the paper's method are noise of its "
         "derivatives.</p>"
         if not found.uniform
         else ""

@@ -88,7 +88,7 @@ def write_page(
 
 
 def _origin(provenance: Mapping[str, Any] | None) -> str:
-    """The last lines of a page: version, command, seed and inputs, as HTML."""
+    """Return the last lines of a page: version, command, seed and inputs, as HTML."""
     if not provenance:
         return ""
     made = f"curling-sheet {escape(provenance['version'])}"
@@ -104,7 +104,7 @@ def _origin(provenance: Mapping[str, Any] | None) -> str:
 
 
 def picture(content: bytes | Figure, alt: str, *, kind: str = "png", caption: str = "") -> str:
-    """An embedded picture with a caption below it, as HTML.
+    """Return an embedded picture with a caption below it, as HTML.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def table(
     kept: Collection[int] = (),
     kind: str = "",
 ) -> str:
-    """A table as HTML.
+    """Return a table as HTML.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def table(
 
 
 def fold(title: str, parts: Sequence[str]) -> str:
-    """Parts of a page that open on a click; nothing without any.
+    """Return parts of a page that open on a click; empty without parts.
 
     Parameters
     ----------
@@ -168,6 +168,6 @@ def fold(title: str, parts: Sequence[str]) -> str:
 
 
 def facts(pairs: Sequence[tuple[str, str]]) -> str:
-    """Numbers to read at a glance, each with what it is: plain text in, HTML out."""
+    """Return numbers with their meaning, as HTML, from plain text."""
     items = "".join(f"<div><b>{escape(value)}</b>{escape(what)}</div>" for value, what in pairs)
     return f"<div class=facts>{items}</div>"

@@ -1,4 +1,4 @@
-"""The map in a curler's words: where it is keen, where heavy, where no one has thrown."""
+"""Friction map in a curler's words: keen and heavy parts, and parts without throws."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ ACROSS = (
 )
 """Parts across it, from x to x, looking from the home end to the away end [m]."""
 NOTABLE = 0.01
-"""Minimum difference of friction to report, as a share: less moves a draw by under a foot."""
+"""Minimum relative difference of friction to report: a smaller one moves a draw by less than a
+foot."""
 SIGMAS = 2.0
 """Minimum number of standard errors of a difference to report."""
 KNOWN_SHARE = 0.2
@@ -53,7 +54,7 @@ class Zone:
 
     @property
     def stands_out(self) -> bool:
-        """True if it differs from the sheet by what a player feels, and clearly."""
+        """True if it differs from the sheet significantly, and by enough for a player to notice."""
         if self.relative is None:
             return False
         return abs(self.relative) >= max(NOTABLE, SIGMAS * self.sigma)
@@ -75,7 +76,7 @@ class Zone:
 
 
 def level(ice: Ice) -> float:
-    """The friction of the sheet: the mean over the cells that stones crossed, else over all."""
+    """Return the mean friction of the cells that stones crossed, or else of the whole sheet."""
     seen = ice.friction.observed
     return float(ice.friction.mu[seen].mean() if seen.any() else ice.friction.mu.mean())
 
@@ -88,7 +89,7 @@ def relative_map(ice: Ice) -> Floats:
 
 
 def zones(ice: Ice) -> list[Zone]:
-    """The twelve parts of the sheet, from the home end to the away end, left to right."""
+    """Return the twelve parts of the sheet, from the home end to the away end, left to right."""
     sheet, seen = ice.sheet, ice.friction.observed
     relative = relative_map(ice)
     sigma = ice.friction.sigma / level(ice)
@@ -106,7 +107,7 @@ def zones(ice: Ice) -> list[Zone]:
                     x=(max(left, -sheet.width / 2), min(right, sheet.width / 2)),
                     y=(max(low, -sheet.length / 2), min(high, sheet.length / 2)),
                     relative=float(relative[crossed].mean()) if known else None,
-                    # Errors of neighbouring cells are alike: their mean is known no better.
+                    # Errors of neighbouring cells are correlated, so their mean has the same error.
                     sigma=float(sigma[crossed].mean()) if known else 0.0,
                     seen=share,
                 )
@@ -115,7 +116,7 @@ def zones(ice: Ice) -> list[Zone]:
 
 
 def in_a_sentence(ice: Ice) -> str:
-    """Describe where the sheet is keenest and heaviest, and how much of it no one has thrown on."""
+    """Describe the keenest and heaviest parts of the sheet, and the share without throws."""
     parts = zones(ice)
     result = sorted((z for z in parts if z.stands_out), key=lambda z: z.relative or 0.0)
     keen = [z for z in result if (z.relative or 0.0) < 0][:2]

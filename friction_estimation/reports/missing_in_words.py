@@ -1,4 +1,4 @@
-"""Missing effects found by a discovery, for people at the rink, and what would settle them."""
+"""Missing effects found by a discovery, in plain words, and throws that would confirm them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from friction_estimation.discovery.verdict import readable
 
 
 class Missing(Struct, kw_only=True):
-    """Something that the model of the ice lacked, as far as a report is used here."""
+    """Effect that the model of the ice lacked; the part of a report that is used here."""
 
     name: Short
     kind: Short = "physics"
@@ -32,18 +32,18 @@ class Missing(Struct, kw_only=True):
 
     @property
     def words(self) -> str:
-        """Its signs and their places."""
+        """Signs of the effect and their places."""
         follows = ", ".join(self.depends_on)
         return self.where or (f"it follows {follows}" if follows else "")
 
     @property
     def unsure(self) -> tuple[str, ...]:
-        """Other effects that it may be instead; empty where the throws show it clearly."""
+        """Alternative effects; empty if the throws exclude them."""
         return tuple(readable(name) for name in self.alternatives)
 
     @property
     def settled_by(self) -> str:
-        """The throw that would tell them apart; empty where none is known."""
+        """Throw that would distinguish them; empty if unknown."""
         if not self.alternatives:
             return ""
         card, separating = catalogue().get(self.name), self.evidence.get("separating_throws")
@@ -67,7 +67,7 @@ class NextThrow(Struct, kw_only=True):
 
 
 class Findings(Struct, kw_only=True):
-    """Findings of a discovery, as far as its report is used here; `discovery.report` writes it."""
+    """Findings of a discovery; the part of its report that is used here."""
 
     verdict: Annotated[str, Meta(max_length=20_000)]
     remarks: Annotated[list[Text], Meta(max_length=50)] = field(default_factory=list[Text])
@@ -78,8 +78,8 @@ class Findings(Struct, kw_only=True):
 
     @property
     def next_throws(self) -> tuple[tuple[str, str], ...]:
-        """The throws that would teach most, in the order in which to make them, each with what it
-        teaches.
+        """Most informative next throws, in the order in which to make them, each with the parameter
+        it measures.
         """
         return tuple((throw.words, throw.lesson) for throw in self.worth_making)
 

@@ -1,4 +1,4 @@
-"""The figure of measured throws beside their predictions."""
+"""Figure of measured throws and their predictions."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def save_comparison(
 def _draw_misses(
     ax: Any, comparison: Comparison, radius: float, colours: dict[int, str], units: Units
 ) -> None:
-    """Predicted place of rest about the measured one, as the thrower sees it."""
+    """Draw predicted places of rest relative to the measured ones, as the thrower sees them."""
     unit, name = (FOOT, "feet") if units is Units.FEET else (1.0, "metres")
     radius = radius / unit
     misses = [
@@ -111,12 +111,14 @@ def _draw_misses(
 
 
 def _draw_parting(ax: Any, comparison: Comparison, colours: dict[int, str], units: Units) -> None:
-    """Distance along the play between predicted and measured path, over the distance travelled."""
+    """Draw the distance along the play between predicted and measured path, over the distance
+    travelled.
+    """
     feet = units is Units.FEET
     small, large = (INCH, FOOT) if feet else (0.01, 1.0)
     for k in comparison.rethrows:
         ahead = k.release.direction * (k.predicted - k.measured)[:, 1]
-        # A median over 21 frames leaves the trend and quiets single frames.
+        # A median over 21 frames keeps the trend and removes the noise of single frames.
         ahead = median_filter(ahead, size=min(21, len(ahead)), mode="nearest")
         run = np.hypot(*(k.predicted - k.predicted[0]).T) / large
         whole = slice(10, -10) if len(run) > 60 else slice(None)  # medians cut short at the ends

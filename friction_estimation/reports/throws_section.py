@@ -1,4 +1,4 @@
-"""The table of throws that a coach reads, on pages and in the terminal."""
+"""Table of throws for a coach, on pages and in the terminal."""
 
 from __future__ import annotations
 
@@ -52,9 +52,9 @@ def throw_rows(
     *,
     errors: bool = True,
 ) -> ThrowRows:
-    """The table of throws in words.
+    """Return the table of throws in words.
 
-    A column that no throw fills is dropped.
+    A column without values is dropped.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def throws_section(
     units: Units | None = None,
     notes: Notes = NO_NOTES,
 ) -> str:
-    """The table of throws with what its columns mean, as HTML.
+    """Return the table of throws and the meaning of its columns, as HTML.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def throws_section(
 
 
 def _cell(text: str) -> str:
-    """A cell as HTML, with its standard error in small print."""
+    """Return a cell as HTML, with its standard error in small print."""
     value, plus_minus, error = text.partition(" ± ")
     shown = escape(value)
     return f"{shown} <small>± {escape(error)}</small>" if plus_minus else shown
@@ -181,7 +181,7 @@ def _column(cells: list[Any]) -> list[Any]:
 
 
 def as_text(rows: ThrowRows) -> str:
-    """The table for a terminal."""
+    """Return the table for a terminal."""
     widths = [
         max(len(name), *(len(row[k]) for row in rows.rows)) for k, name in enumerate(rows.head)
     ]
@@ -197,7 +197,7 @@ def as_text(rows: ThrowRows) -> str:
 
 
 def handle_of(one: ThrowMeasures) -> str:
-    """The handle of a right-hander, and the way the stone turned."""
+    """Return the handle of a right-hander, and the way the stone turned."""
     spin = one.spin
     if spin is None or abs(spin.value) * 3 < MIN_TURN or abs(spin.value) < 3 * (spin.sigma or 0.0):
         return NOT_SEEN if spin is None else "hardly turns"
@@ -292,7 +292,7 @@ def _errors(throws: Sequence[ThrowMeasures]) -> str:
 def _seconds(value: Measured | None) -> str:
     if value is None:
         return NOT_SEEN
-    # A time known to less than a hundredth is not shown to one.
+    # Times are shown to hundredths only if they are known to hundredths.
     digits = 2 if value.sigma is None or value.sigma < 0.02 else 1
     return f"{value.value:.{digits}f} s"
 

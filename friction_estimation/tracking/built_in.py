@@ -1,4 +1,4 @@
-"""The built-in tracker: all stones of one throw, from its film to their tracks."""
+"""The built-in tracker: from the film of one throw to the tracks of all its stones."""
 
 from __future__ import annotations
 
@@ -17,22 +17,21 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.association.finding import FilmStones, find_stones
-from friction_estimation.tracking.association.recording import throws_among
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.detection.finder import NetworkFinder
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.films.steady_film import (
     SteadyFilm,
-    blames_scene,
     camera_of,
     empty_ice,
+    scene_mismatch_error,
 )
 from friction_estimation.tracking.measuring.follower import Follower, follow, follower_of
 from friction_estimation.tracking.measuring.looks import (
     SeenStone,
     heading_of,
-    learnt,
-    left_open,
+    learn_look,
+    unexplained_by_look,
     with_focal,
 )
 from friction_estimation.tracking.measuring.others import bare_ice, known_others
@@ -78,14 +77,14 @@ def track_film(
     except InputError as error:
         if refined.measured or not options.refine:
             raise
-        raise blames_scene(refined, steady.path) from error
+        raise scene_mismatch_error(refined, steady.path) from error
     found_by = refined
     refused: list[InputError] = []
     for stones in candidates:
         stone = stones.thrown
         if found_by is not camera:
             refined = with_focal(found_by, scene, [stone])
-        look = learnt(stone, refined.camera, steady)
+        look = learn_look(stone, refined.camera, steady)
         if look is not None and _shows_stone(*look, background.strong_grain):
             break
         refused.append(_no_stone(look, steady.path))
@@ -117,12 +116,10 @@ def track_film(
         raise InputError("the thrown stone is seen in fewer than five frames", source=steady.path)
     came = arrived(stones, steady.sample, ice, refined.camera, appearance)
     found = with_warnings(found, hit, others, came)
-    area = scene.sheet.width * scene.sheet.length
     found = replace(
         found,
         stabiliser=steady.stabiliser,
         moved_px=moved_px,
-        shows_several=len(throws_among(stones.paths, stones.seen, stone.found_by, area)) > 1,
         unexplained=(*found.unexplained, *steady.remarks),
     )
     return found.numbered(throw)
@@ -149,15 +146,17 @@ def _stones(
 
 def _shows_stone(look: Appearance, crops: Sequence[Crop], grain: float) -> bool:
     """Return whether a look explains the pictures from which it was learnt, as a stone's does."""
-    unexplained = min(unexplained_share(crops, look, grain), left_open(crops, look, grain))
+    unexplained = min(
+        unexplained_share(crops, look, grain), unexplained_by_look(crops, look, grain)
+    )
     return unexplained <= numbers.MAX_UNEXPLAINED
 
 
 def _no_stone(look: object | None, path: Path) -> InputError:
-    """The reason why a path is not a thrown stone's."""
+    """Return the reason why a path is not a thrown stone's."""
     if look is None:
-        return InputError("the thrown stone is nowhere wholly in the image", source=path)
+        return InputError("the thrown stone is never completely in the picture", source=path)
     return NoThrowError(
-        "no thrown stone found: what slides along the ice does not look like a stone",
+        "no thrown stone found: no sliding object looks like a stone",
         source=path,
     )

@@ -1,7 +1,7 @@
 """Lucas-Kanade optical flow, plain and pyramidal, as the paper tracks stones.
 
-The errors of all frames add up, so that a stone drifts away by decimetres (docs/validation.md). The
-built-in tracker fits the stone's picture in every frame instead.
+The errors of all frames add up to a drift of decimetres (docs/validation.md). The built-in tracker
+fits the stone's picture in every frame instead.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -64,7 +64,7 @@ def lucas_kanade(
 
 
 def points_to_follow(grey: Image, outline_px: Floats, count: int = 12) -> Floats:
-    """Points inside an outline that flow can hold on to, (n, 2) [px]."""
+    """Return points inside an outline with enough texture for optical flow, (n, 2) [px]."""
     mask = np.zeros(grey.shape, dtype=np.uint8)
     cv2.fillConvexPoly(mask, np.round(outline_px).astype(np.int32), 255)
     found = cv2.goodFeaturesToTrack(grey, count, 0.02, 2, mask=mask, blockSize=3)

@@ -1,8 +1,8 @@
 """Stones numbered in order of play, over all throws of a session.
 
-A stone that lies where one came to rest is that one. A thrown stone whose handle has the colour of
-one that was thrown before, and that lies on the sheet no more, is that one again: stones of one
-colour cannot be distinguished otherwise.
+A stone at the resting place of an earlier one is the same stone. So is a thrown stone whose handle
+has the colour of an earlier one that has left the sheet: stones of one colour cannot be
+distinguished otherwise.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class StoneNumbers:
     thrown: list[int] = field(default_factory=list)
 
     def of(self, tracks: Sequence[Trajectory], handles: Sequence[str | None]) -> list[int]:
-        """The numbers of the stones in the next throw.
+        """Number the stones of the next throw.
 
         Parameters
         ----------
@@ -53,13 +53,13 @@ class StoneNumbers:
         return numbers
 
     def _lay(self, xy: Floats, taken: set[int]) -> int | None:
-        """The stone that lay at a place [m]."""
+        """Return the stone at a resting place [m]."""
         apart = {n: float(np.linalg.norm(xy - place)) for n, place in self.lying.items()}
         near = [n for n in sorted(apart, key=apart.__getitem__) if n not in taken]
         return near[0] if near and apart[near[0]] < numbers.SAME_PLACE else None
 
     def _again(self, handle: str | None, lying: set[int]) -> int | None:
-        """The stone of a handle's colour whose last throw is longest ago, if it is free."""
+        """Return the free stone of a handle's colour whose last throw is longest ago."""
         latest = {number: k for k, number in enumerate(self.thrown)}
         for number in sorted(latest, key=latest.__getitem__):
             if number not in lying and same_handle(handle, self.colours[number]):
@@ -75,8 +75,8 @@ class StoneNumbers:
 def same_handle(one: str | None, other: str | None) -> bool:
     """Return whether two handles may be of one colour.
 
-    Shadows change the brightness of a handle, and compression washes its colour out, so only its
-    hue counts. A handle that is not seen, or is grey, may be of any.
+    Shadows change the brightness of a handle, and compression reduces its saturation, so only its
+    hue is compared. An unseen or grey handle matches any.
     """
     if one is None or other is None:
         return True
@@ -88,13 +88,13 @@ def same_handle(one: str | None, other: str | None) -> bool:
 
 
 def clearer(one: str | None, other: str | None) -> str | None:
-    """The one of two codes of a handle that shows its hue more clearly."""
+    """Return the one of two codes of a handle with the clearer hue."""
     codes = [code for code in (one, other) if code is not None]
     return max(codes, key=lambda code: float(np.linalg.norm(_chroma(code))), default=None)
 
 
 def handle_code(colour: Floats) -> str | None:
-    """A colour as web pages write it, ``#rrggbb``; None where it is not known.
+    """Return a colour in the form of web pages, ``#rrggbb``; None if unknown.
 
     Parameters
     ----------

@@ -16,14 +16,14 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 
 TRACKER_GROUP = "curling.trackers"
-"""Entry points under this name are trackers."""
+"""Entry-point group of trackers."""
 BUILT_IN = "built-in"
-"""The name of this project's own tracker, `track_film`."""
+"""Name of the built-in tracker, `track_film`."""
 USUAL = TrackingOptions()
 
 
 class Tracker(Protocol):
-    """A function that finds the stones in the film of one throw.
+    """Function that finds the stones in the film of one throw.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def load_tracker(name: str = BUILT_IN, options: TrackingOptions = USUAL) -> Trac
         options for another tracker than the built-in one
     """
     found = load_plugin("tracker", TRACKER_GROUP, name, form="module:function")
-    if not _can_be_called(found):
+    if not _is_tracker(found):
         raise InputError(
             f"the tracker {name!r} must be a function that can be called as "
             "tracker(film, scene, progress=progress)"
@@ -77,7 +77,7 @@ def load_tracker(name: str = BUILT_IN, options: TrackingOptions = USUAL) -> Trac
 
 
 def tracks_in(found: Any, film: Path) -> tuple[Trajectory, ...]:
-    """The tracks in what a tracker returned, the thrown stone first.
+    """Return the tracks in what a tracker returned, the thrown stone first.
 
     Raises
     ------
@@ -96,13 +96,13 @@ def tracks_in(found: Any, film: Path) -> tuple[Trajectory, ...]:
     return tuple(tracks)
 
 
-def _can_be_called(found: Any) -> bool:
+def _is_tracker(found: Any) -> bool:
     if not callable(found):
         return False
     try:
         inspect.signature(found).bind(Path(), None, progress=no_progress)
     except TypeError:
         return False
-    except ValueError:  # a function that is written in C tells no signature
+    except ValueError:  # a function in C has no signature
         return True
     return True

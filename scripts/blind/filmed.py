@@ -16,7 +16,8 @@ import numpy as np
 from tqdm import tqdm
 
 from blind.hidden import SCATTER, draw_map, hidden_numbers, hide
-from blind.law import HOG, MU, SQUARES, STEP, run_over, throw_path
+from blind.law import HOG, MU, SQUARES, STEP, run_over
+from blind.sessions import Release
 from curling_env.infrastructure.files.writing import make_directory
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from friction_estimation.camera.scene import load_scene, save_scene
@@ -104,12 +105,12 @@ def play(session: FilmedSession) -> list[Trajectory]:
                 (1.0 if k % 4 < 2 else -1.0) * rng.uniform(0.8, 2.2),
             ]
         )
-        q[MU] = mu * np.exp(rng.normal(0.0, SCATTER))
-        path = np.empty((int(70 / STEP), 6))
-        clock = 60.0 * k
-        n = throw_path(q, pattern, passes, start, clock, float(k), 0.0, np.zeros(2), path)
-        run_over(passes, path[:n])
-        rows = np.unique(np.append(np.arange(0, n, round(1 / SAMPLES / STEP)), n - 1))
+        clock, own = 60.0 * k, mu * np.exp(rng.normal(0.0, SCATTER))
+        release = Release(start=start, clock=clock, order=k, stone=0, sweep=np.zeros(2), mu=own)
+        path = release.path(q, pattern, passes)
+        run_over(passes, path)
+        last = len(path) - 1
+        rows = np.unique(np.append(np.arange(0, last + 1, round(1 / SAMPLES / STEP)), last))
         inside = np.abs(path[rows, 0]) < 2.1  # a stone at the boards is removed
         rows = rows[: int(np.argmin(inside)) if not inside.all() else len(rows)]
         paths.append(

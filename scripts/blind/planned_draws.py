@@ -5,18 +5,17 @@ Each is compared with the draw that the same player, with the same spin, would p
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from agents.planning import PlannedThrow, plan_throw
-from blind.law import HOG, MU, SQUARES
-from blind.sessions import Release
+from agents.planning import plan_throw
+from blind.sessions import TrueIce, true_ice
 from curling_env.errors import CurlingError
 from curling_env.ice import Ice
-from curling_env.sheet import TEE_Y
-from curling_env.throw import skill_named
+from curling_env.sheet import TEE_Y, Direction
+from curling_env.throw import Throw, skill_named
 from curling_env.typing import Floats
 
 SKILL = skill_named("elite")
@@ -30,47 +29,8 @@ STRIDE = 1.5
 """Step of the response to execution errors, in their standard deviations."""
 CLOSE = 1e-3
 """Maximum distance from its target of a draw planned on the true ice [m]."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class TrueIce:
-    """Sealed ice for a first stone, which is not swept before it is planned.
-
-    Parameters
-    ----------
-    numbers, pattern : numbers and pattern of the generator
-    direction : the end played to, 1 or -1
-    """
-
-    numbers: Floats
-    pattern: Floats
-    direction: float
-
-    def release(self, throw: Floats, sweep: tuple[float, float]) -> Release:
-        """Return the release of a throw of speed, angle and spin."""
-        speed, angle, spin = throw
-        return Release(
-            start=np.array(
-                [
-                    0.0,
-                    -self.direction * HOG,
-                    -self.direction * speed * np.sin(angle),
-                    self.direction * speed * np.cos(angle),
-                    0.0,
-                    spin,
-                ]
-            ),
-            clock=0.0,
-            order=0,
-            stone=0,
-            sweep=np.array(sweep),
-            mu=float(self.numbers[MU]),
-        )
-
-    def rest(self, throw: Floats, sweep: tuple[float, float]) -> Floats:
-        """Return the place of rest of a throw of speed, angle and spin, (2,) [m]."""
-        release = self.release(throw, sweep)
-        return release.path(self.numbers, self.pattern, np.zeros(SQUARES))[-1, :2]
+Rest = Callable[[Floats], Floats]
+"""Place of rest (2,) of a throw of speed, angle and spin."""
 
 
 def draws_on_truth(ice: Ice, sealed: dict[str, Any], *, direction: float) -> dict[str, float]:
@@ -88,11 +48,7 @@ def draws_on_truth(ice: Ice, sealed: dict[str, Any], *, direction: float) -> dic
     ``miss`` and ``miss_on_truth``, mean over targets and execution errors of draws planned on the
     discovered ice and on the true one [m]
     """
-    truth = TrueIce(
-        numbers=np.array(sealed["numbers"]),
-        pattern=np.array(sealed["pattern"]).reshape(-1, 3),
-        direction=direction,
-    )
+    truth = true_ice(sealed)
     errors = SKILL.errors(ERRORS, np.random.default_rng(0))
     misses: list[tuple[float, float]] = []
     for turn in np.arange(TARGETS) * 2.0 * np.pi / TARGETS:
@@ -101,12 +57,17 @@ def draws_on_truth(ice: Ice, sealed: dict[str, Any], *, direction: float) -> dic
             planned = plan_throw(ice, target, skill=SKILL).best
         except CurlingError:
             continue
-        throw, sweep = _as_thrown(planned)
-        right = solve(truth, throw, sweep, target)
+        chosen, sweep = planned.throw, planned.sweep or (0.0, 0.0)
+        throw = np.array([chosen.speed, chosen.angle, chosen.spin])
+
+        def rest(throw: Floats, sweep: tuple[float, float] = sweep) -> Floats:
+            return rest_on(truth, throw, sweep, direction)
+
+        right = solve(rest, throw, target)
         if right is None:
             continue
-        made = rests_with_errors(truth, throw, sweep, errors) - target
-        meant = rests_with_errors(truth, right, sweep, errors) - target
+        made = rests_with_errors(rest, throw, errors) - target
+        meant = rests_with_errors(rest, right, errors) - target
         misses.append((float(np.hypot(*made.T).mean()), float(np.hypot(*meant.T).mean())))
     if not misses:
         return {}
@@ -114,28 +75,26 @@ def draws_on_truth(ice: Ice, sealed: dict[str, Any], *, direction: float) -> dic
     return {"miss": miss, "miss_on_truth": on_truth}
 
 
-def _as_thrown(planned: PlannedThrow) -> tuple[Floats, tuple[float, float]]:
-    throw = planned.throw
-    return np.array([throw.speed, throw.angle, throw.spin]), planned.sweep or (0.0, 0.0)
+def rest_on(truth: TrueIce, throw: Floats, sweep: tuple[float, float], direction: float) -> Floats:
+    """Return the place of rest of a throw of speed, angle and spin, (2,) [m]."""
+    speed, angle, spin = throw.tolist()
+    thrown = Throw(speed=speed, angle=angle, spin=spin)
+    return truth.path(thrown.release(Direction(round(direction)), sweep=sweep))[-1, :2]
 
 
-def solve(
-    truth: TrueIce, throw: Floats, sweep: tuple[float, float], target: Floats
-) -> Floats | None:
+def solve(rest: Rest, throw: Floats, target: Floats) -> Floats | None:
     """Return the throw of the same spin that rests at the target; None if none does."""
     throw = throw.copy()
-    away = truth.rest(throw, sweep) - target
+    away = rest(throw) - target
     for _ in range(12):
         if np.hypot(*away) < CLOSE:
             return throw
         steps = np.array([[1e-3, 0.0, 0.0], [0.0, 1e-4, 0.0]])
-        slope = np.column_stack(
-            [(truth.rest(throw + s, sweep) - target - away) / s.max() for s in steps]
-        )
+        slope = np.column_stack([(rest(throw + s) - target - away) / s.max() for s in steps])
         change = np.clip(-np.linalg.lstsq(slope, away, rcond=None)[0], [-0.2, -0.05], [0.2, 0.05])
         for damping in (1.0, 0.5, 0.25, 0.1):
             trial = throw + damping * np.array([*change, 0.0])
-            left = truth.rest(trial, sweep) - target
+            left = rest(trial) - target
             if np.hypot(*left) < np.hypot(*away):
                 throw, away = trial, left
                 break
@@ -144,9 +103,7 @@ def solve(
     return None
 
 
-def rests_with_errors(
-    truth: TrueIce, throw: Floats, sweep: tuple[float, float], errors: Floats
-) -> Floats:
+def rests_with_errors(rest: Rest, throw: Floats, errors: Floats) -> Floats:
     """Return places of rest of a throw with execution errors, (n, 2) [m], by a second-order
     response.
 
@@ -159,7 +116,7 @@ def rests_with_errors(
     sizes = STRIDE * np.array([SKILL.sigma_speed, SKILL.sigma_angle, SKILL.sigma_spin])
 
     def at(*units: float) -> Floats:
-        return truth.rest(throw + sizes * np.array(units), sweep)
+        return rest(throw + sizes * np.array(units))
 
     middle = at(0, 0, 0)
     unit = np.eye(3)

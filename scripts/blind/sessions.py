@@ -24,6 +24,7 @@ from blind.hidden import (
     log_map,
 )
 from blind.law import HOG, MU, SQUARES, STEP, run_over, throw_path
+from curling_env import throw
 from curling_env.typing import Floats
 
 LONGEST = 70.0
@@ -85,6 +86,39 @@ def release_of(sealed: dict[str, Any]) -> Release:
     """Read a throw of the sealed truth."""
     arrays = {key: np.array(sealed[key]) for key in ("start", "sweep")}
     return Release(**{**sealed, **arrays})
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TrueIce:
+    """Sealed ice before the first stone.
+
+    Parameters
+    ----------
+    numbers : numbers of `law`
+    pattern : (n, 3) wave numbers across and along the sheet [1/m], and phase
+    """
+
+    numbers: Floats
+    pattern: Floats
+
+    def path(self, release: throw.Release) -> Floats:
+        """Return states every `STEP` until rest or the edge, (n, 6)."""
+        start = (release.x, release.y, release.vx, release.vy, release.theta, release.omega)
+        own = Release(
+            start=np.array(start, dtype=float),
+            clock=0.0,
+            order=0,
+            stone=0,
+            sweep=np.array([release.sweep_start, release.sweep_end]),
+            mu=float(self.numbers[MU]),
+        )
+        return own.path(self.numbers, self.pattern, np.zeros(SQUARES))
+
+
+def true_ice(sealed: dict[str, Any]) -> TrueIce:
+    """Read the ice of the sealed truth."""
+    pattern = np.array(sealed["pattern"]).reshape(-1, 3)
+    return TrueIce(numbers=np.array(sealed["numbers"]), pattern=pattern)
 
 
 def make_session(

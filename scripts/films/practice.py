@@ -23,9 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.trajectory import Trajectory, read_tracks
-from films.people import Part, draw, walker
-from films.render import FPS, SOFT, Grain, opened, path_of, people_of, write_truth
-from films.rink import Rink, draw_stone, rink_of
+from films.people import Part, walker
+from films.render import FPS, Grain, composed, opened, path_of, people_of, write_truth
+from films.rink import Rink, rink_of
 
 Array = NDArray[np.floating[Any]]
 Shown = tuple[list[Part], Array | None]
@@ -163,16 +163,7 @@ def render(clip: Clip, path: Path, rink: Rink) -> None:
     with opened(path, rink, FPS) as (container, stream):
         for k in range(clip.frames):
             parts, stone = clip.shown(k / FPS)
-            picture = rink.ice.copy()
-
-            def draw_one(picture: Array = picture, stone: Array | None = stone) -> None:
-                if stone is not None:
-                    draw_stone(picture, rink.view, rink.stone, *stone.tolist())
-
-            place = np.zeros(2) if stone is None else stone[:2]
-            draw(picture, rink.view, parts, place, draw_one)
-            picture = cv2.GaussianBlur(picture, (0, 0), SOFT)
-            container.mux(stream.encode(grain.frame(picture)))
+            container.mux(stream.encode(grain.frame(composed(rink, parts, stone))))
             if stone is not None and clip.rests is not None and k / FPS <= clip.rests + TRUTH_AFTER:
                 rows.append([k / FPS, *stone.tolist()])
         container.mux(stream.encode(None))

@@ -13,7 +13,6 @@ import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fractions import Fraction
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +23,7 @@ from av.container import OutputContainer
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
-from films.people import People, draw
+from films.people import Part, People, draw
 from films.rink import BAND, HOG, Rink, draw_stone, rink_of
 
 Array = NDArray[np.floating[Any]]
@@ -112,10 +111,8 @@ def _film(base: Path, rink: Rink, path: tuple[Array, Array], people: People | No
         for moment, (x, y, turn) in zip(moments, there, strict=True):
             picture = blurred
             if people is not None:
-                full, own = ice.copy(), np.array([x, y, turn])
-                parts = people.parts(moment - LEAD, own)
-                draw(full, view, parts, own[:2], partial(draw_stone, full, view, rink.stone, *own))
-                picture = cv2.GaussianBlur(full, (0, 0), SOFT)
+                own = np.array([x, y, turn])
+                picture = composed(rink, people.parts(moment - LEAD, own), own)
             elif (changed := draw_stone(sharp, view, rink.stone, x, y, turn)) is not None:
                 near = tuple(slice(max(s.start - 6, 0), s.stop + 6) for s in changed)
                 picture = blurred.copy()
@@ -124,6 +121,18 @@ def _film(base: Path, rink: Rink, path: tuple[Array, Array], people: People | No
             container.mux(stream.encode(grain.frame(picture)))
         container.mux(stream.encode(None))
     write_truth(base.with_suffix(".truth.csv"), np.column_stack([moments, there]))
+
+
+def composed(rink: Rink, parts: list[Part], stone: Array | None) -> Array:
+    """Return the picture of the ice with people and a stone at x, y and heading, blurred."""
+    picture = rink.ice.copy()
+
+    def draw_one() -> None:
+        if stone is not None:
+            draw_stone(picture, rink.view, rink.stone, *stone.tolist())
+
+    draw(picture, rink.view, parts, np.zeros(2) if stone is None else stone[:2], draw_one)
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), SOFT), np.float32)
 
 
 class Grain:

@@ -1,8 +1,7 @@
 """Fuzz every command: `python -m fuzz --inputs 10000 --seed 0` (see `make fuzz`).
 
-Hypothesis draws the inputs in batches, each from a separate seed. With a fixed seed they are the
-same every time, and an interrupted run continues after its last batch, unless the code has
-changed. An input that ends uncleanly is kept, minimised by hypothesis.
+Hypothesis draws the inputs in batches, each from a separate seed, so that a seed repeats its
+inputs. A batch ends with its first unclean end; hypothesis minimises that input, which is kept.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ import tempfile
 import time
 import warnings
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -29,9 +28,10 @@ from typing import Any
 import cv2
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import seed as seeded
+from hypothesis.errors import Flaky
 from tqdm import tqdm
 
-from fuzz import app, wire
+from fuzz import app
 from fuzz.good_files import make_good_files
 from fuzz.inputs import KINDS, Input, inputs
 from fuzz.readers import readers
@@ -41,8 +41,6 @@ from fuzz.targets import make_targets
 
 BATCH = 100
 """Inputs that hypothesis draws from one seed."""
-SHRINKING = 20.0
-"""Time in which the first unclean input of a kind is made smaller [s]."""
 
 
 def main() -> int:
@@ -78,45 +76,38 @@ class Fuzzer:
         cv2.setNumThreads(1)
         self.chosen = chosen
         self.place = Path(tempfile.mkdtemp(prefix="curling-fuzz-"))
-        self.report = chosen.keep / f"seed-{chosen.seed}.json"
+        self.kept = chosen.keep / f"seed-{chosen.seed}"
+        self.counts: Counter[str] = Counter()
+        self.unclean: dict[tuple[str, tuple[str, ...]], tuple[Input, Ended]] = {}
 
     def run(self) -> dict[str, Any]:
         """Run batches until the time or the number of inputs is over, and return the report."""
-        chosen = self.chosen
-        asked = {k: str(v) for k, v in vars(chosen).items() if k not in ("minutes", "inputs")}
+        chosen, begun, batch = self.chosen, time.monotonic(), 0
         words = ["git", "describe", "--always", "--dirty", "--abbrev=12"]
-        asked["state"] = subprocess.run(words, capture_output=True, text=True).stdout.strip()
-        found: dict[str, Any] = {"asked": asked, "batches": 0, "seconds": 0.0, "inputs": 0,
-                                 "unclean": 0, "by_target": {}, "ends": []}  # fmt: skip
-        if self.report.exists() and (kept := json.loads(self.report.read_text()))["asked"] == asked:
-            found = kept
-        chosen.keep.mkdir(parents=True, exist_ok=True)
+        state = subprocess.run(words, capture_output=True, text=True).stdout.strip()
+        found: dict[str, Any] = {"options": {k: str(v) for k, v in vars(chosen).items()}}
+        found |= {"state": state, "inputs": 0}
+        shutil.rmtree(self.kept, ignore_errors=True)
+        self.kept.mkdir(parents=True)
         try:
             strategy = self.prepared()
-            end = time.monotonic() + 60 * chosen.minutes
-            while time.monotonic() < end and found["inputs"] < chosen.inputs:
-                begun, batch = time.monotonic(), min(BATCH, chosen.inputs - found["inputs"])
-                counts: Counter[str] = Counter(found["by_target"])
-                unclean: list[tuple[Input, Ended]] = []
-
-                def tried(one: Input) -> None:
-                    counts[one.name] += 1  # noqa: B023
-                    ended = self.tried(one)
-                    if ended.faults:
-                        unclean.append((one, ended))  # noqa: B023
-
-                number = chosen.seed * 10**6 + found["batches"]
-                drawn(strategy, number, batch, tried)
-                for one in unclean:
-                    kind = one[0].name, list(one[1].faults)
-                    if kind not in [(k["target"], k["faults"]) for k in found["ends"]]:
-                        one = self.smaller(strategy, number, batch, one)
-                    found["ends"].append(self.kept(len(found["ends"]), *one))
-                found["by_target"] = dict(counts.most_common())
-                found["inputs"], found["unclean"] = counts.total(), len(found["ends"])
-                found["batches"] += 1
-                found["seconds"] = round(found["seconds"] + time.monotonic() - begun, 1)
-                self.report.write_text(json.dumps(found, indent=1), encoding="utf-8")
+            begun = time.monotonic()
+            while (
+                time.monotonic() < begun + 60 * chosen.minutes and found["inputs"] < chosen.inputs
+            ):
+                size = min(BATCH, chosen.inputs - found["inputs"])
+                with suppress(UncleanError, Flaky):
+                    drawn(strategy, chosen.seed * 10**6 + batch, size, self.judged)
+                batch += 1
+                found |= {
+                    "seconds": round(time.monotonic() - begun, 1),
+                    "inputs": self.counts.total(),
+                    "unclean": len(self.unclean),
+                    "by_target": dict(self.counts.most_common()),
+                    "ends": [self.keep(k, *end) for k, end in enumerate(self.unclean.values())],
+                }
+                report = json.dumps(found, indent=1)
+                self.kept.with_suffix(".json").write_text(report, encoding="utf-8")
                 line = "{inputs} inputs, {unclean} unclean, {seconds} s".format_map(found)
                 print(line, file=sys.stderr, flush=True)
         finally:
@@ -128,20 +119,12 @@ class Fuzzer:
         folder, light = self.place / "good", self.chosen.light
         folder.mkdir()
         good = make_good_files(folder, light=light)
-        sides = wire.sides()
-        self.given = readers() | {
-            f"{side} {k}": lambda path, sent=sent: sent.give(path.read_bytes())
-            for side, messages in sides.items()
-            for k, sent in enumerate(messages)
-        }
         club = app.make_club(self.place / "club", good["t.csv"], good["throws.csv"])
-        asked = app.requests()
-        self.given |= dict.fromkeys(
-            (f"app {k}" for k in range(len(asked))), lambda path: app.answered(club, path)
-        )
-        messages = {side: [sent.message for sent in of] for side, of in sides.items()}
-        only = self.chosen.only
-        messages = {side: of for side, of in (messages | {"app": asked}).items() if only in side}
+        requests, only = app.requests(), self.chosen.only
+        self.given = readers() | {
+            f"app {k}": lambda path: app.answered(club, path) for k in range(len(requests))
+        }
+        messages = requests if only in "app" else []
         targets = [k for k in make_targets(good, light=light) if only in k.name]
         kinds = self.chosen.kinds or [k for k in KINDS if messages or k != "message"]
         # A run that is not judged compiles and keeps the kernels that no good file needed.
@@ -150,7 +133,20 @@ class Fuzzer:
         gc.freeze()
         return inputs(targets, messages, kinds if targets else ["message"])
 
-    def tried(self, one: Input) -> Ended:
+    def judged(self, one: Input) -> None:
+        """Run an input and count it.
+
+        Raises
+        ------
+        UncleanError : the end is unclean; hypothesis then tries smaller inputs
+        """
+        self.counts[one.name] += 1
+        ended = self.ended(one)
+        if ended.faults:
+            self.unclean[one.name, ended.faults] = one, ended
+            raise UncleanError(ended.faults)
+
+    def ended(self, one: Input) -> Ended:
         """Run an input; where it is run again, the second run with the good files must succeed."""
         folder = self.place / "run"
         shutil.rmtree(folder, ignore_errors=True)
@@ -170,27 +166,9 @@ class Fuzzer:
         faults += [f"again: status {again.status}"] * (again.status != 0)
         return replace(again, faults=tuple(faults))
 
-    def smaller(
-        self, strategy: Any, number: int, batch: int, unclean: tuple[Input, Ended]
-    ) -> tuple[Input, Ended]:
-        """Return the smallest input that ends as an unclean one of a batch did."""
-        best, end = unclean, time.monotonic() + SHRINKING
-
-        def still(one: Input) -> None:
-            nonlocal best
-            if one.name == unclean[0].name and time.monotonic() < end:
-                ended = self.tried(one)
-                if ended.faults == unclean[1].faults:
-                    best = one, ended
-                    raise AssertionError
-
-        with suppress(Exception):  # hypothesis may call it flaky when the time is over
-            drawn(strategy, number, batch, still, [Phase.generate, Phase.shrink])
-        return best
-
-    def kept(self, number: int, one: Input, ended: Ended) -> dict[str, Any]:
+    def keep(self, number: int, one: Input, ended: Ended) -> dict[str, Any]:
         """Keep an input so that it can be run again, and return its result."""
-        folder = self.chosen.keep / f"seed-{self.chosen.seed}" / f"{number:03d}"
+        folder = self.kept / f"{number:03d}"
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
         for file, content in one.files.items():
@@ -207,13 +185,11 @@ class Fuzzer:
         }
 
 
-def drawn(
-    strategy: Any,
-    number: int,
-    size: int,
-    tried: Callable[[Input], None],
-    phases: Sequence[Phase] = (Phase.generate,),
-) -> None:
+class UncleanError(Exception):
+    """Unclean end of a run."""
+
+
+def drawn(strategy: Any, number: int, size: int, judged: Callable[[Input], None]) -> None:
     """Give the inputs of one batch to a function, in order.
 
     Parameters
@@ -227,12 +203,13 @@ def drawn(
         max_examples=size,
         database=None,
         deadline=None,
-        phases=phases,
+        phases=[Phase.generate, Phase.shrink],
+        report_multiple_bugs=False,
         suppress_health_check=list(HealthCheck),  # pyright: ignore[reportArgumentType]
     )
     @given(strategy)
     def draw(one: Input) -> None:
-        tried(one)
+        judged(one)
 
     with warnings.catch_warnings(action="ignore"):
         draw()

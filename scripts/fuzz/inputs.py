@@ -60,14 +60,14 @@ Way = Callable[[Target, str, random.Random, st.DrawFn], Input | None]
 
 
 def inputs(
-    targets: Sequence[Target], messages: Mapping[str, Sequence[bytes]], kinds: Sequence[str] = ()
+    targets: Sequence[Target], messages: Sequence[bytes], kinds: Sequence[str] = ()
 ) -> st.SearchStrategy[Input]:
     """Return the strategy of all inputs.
 
     Parameters
     ----------
     targets : the commands
-    messages : messages to each side of a conversation
+    messages : requests to the app
     kinds : names of `KINDS`; all by default
     """
     ways = [(name, way) for name, (weight, way) in KINDS.items() for _ in range(weight)]
@@ -79,11 +79,10 @@ def inputs(
         rng = draw(st.randoms(use_true_random=False, note_method_calls=False))
         kind, way = rng.choice(ways)
         if kind == "message":
-            side = rng.choice(list(messages))
-            k = rng.randrange(len(messages[side]))
-            content = damaged_message(messages[side][k], rng)
-            words = ["read", f"{side} {k}", "message"]
-            return Input(name=side, words=words, files={"message": content})
+            k = rng.randrange(len(messages))
+            content = damaged_message(messages[k], rng)
+            return Input(name="app", words=["read", f"app {k}", "message"],
+                         files={"message": content})  # fmt: skip
         target = rng.choice(shares)
         if not target.damaged:
             kind, way = "options", _options
@@ -200,8 +199,8 @@ KINDS: dict[str, tuple[int, Way]] = {
 
 def damaged_message(message: bytes, rng: random.Random) -> bytes:
     """Return a damaged message: either its head or its body, which differ in form."""
-    mark = next((m for m in (b"\r\n\r\n", b"\r\ndata: ") if m in message), None)
-    if mark is None or rng.random() < 0.1:
+    mark = b"\r\n\r\n"
+    if rng.random() < 0.1:
         return damaged(message, rng)
     head, _, body = message.partition(mark)
     if body and rng.random() < 0.7:

@@ -56,11 +56,11 @@ def lesson_before(
     Parameters
     ----------
     simulator : ice, rules and lines
-    network : values positions with one stone less to come; where none is to come it is not asked
+    network : values positions with one stone less to come; unused where none is to come
     ends : played ends, whose positions and variants of them are used
     left : stones to come, 1 or more
-    usual : the usual players; those of the ends have a multiple of their errors, by their skill
-    rng : source of everything random
+    usual : skill of usual players; the errors of others are multiples of its errors
+    rng : random generator
     """
     delivered = len(ends.stones) - left
     n = len(ends.score)
@@ -77,7 +77,7 @@ def lesson_before(
     decision = Decision(simulator, network, stones, delivered, values, skill)
     shots = shots_for(table, simulator, stones, delivered)
     best = best_by_simulation(decision, shots, sigma, _EFFORT, rng)
-    # Thrown again: what chose the shot has flattered it.
+    # Thrown again, because the choice favours shots with lucky simulations.
     thrown = best[np.repeat(np.arange(len(stones)), OUTCOMES)]
     after = decision.after(thrown, errors_of(thrown, sigma, rng))
     shares = decision.score_shares(after, thrown.position)

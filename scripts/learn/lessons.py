@@ -23,9 +23,8 @@ class Lessons:
     Parameters
     ----------
     observations : (n, k) flat observations of `CurlingEnd-v0`
-    once : (n, 201) points that each shot promises, thrown once without error; NaN where there is
-        no such shot
-    expected : (n, 201) points that it is worth as the hand throws it
+    once : (n, 201) points after each shot, thrown once without error; NaN for an unavailable shot
+    expected : (n, 201) expected points, with execution errors
     """
 
     observations: Singles

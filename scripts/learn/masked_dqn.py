@@ -1,4 +1,4 @@
-"""DQN that knows which actions there are; the one of stable-baselines3 does not."""
+"""DQN with a mask of the available actions, which that of stable-baselines3 lacks."""
 
 # stable-baselines3 leaves parts untyped.
 # pyright: basic
@@ -14,11 +14,11 @@ from stable_baselines3.common.buffers import ReplayBuffer
 from torch.nn.functional import smooth_l1_loss
 
 IMPOSSIBLE = -1e9
-"""Value of an action that there is not."""
+"""Value of an unavailable action."""
 
 
 class MaskedBuffer(ReplayBuffer):
-    """A replay buffer that keeps the actions of the next observation, in place of timeouts."""
+    """Replay buffer with the available actions of the next observation, instead of timeouts."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
@@ -35,7 +35,7 @@ class MaskedBuffer(ReplayBuffer):
     ) -> tuple[list[torch.Tensor], torch.Tensor]:
         """Draw steps at random, and the mask of the actions after each.
 
-        Each goes on for up to `steps` steps, or to the end of its episode; its reward is their sum.
+        Each spans up to `steps` steps, or the rest of its episode; its reward is their sum.
         """
         rows = rng.integers(self.buffer_size if self.full else self.pos, size=number)
         columns = rng.integers(self.n_envs, size=number)
@@ -56,7 +56,7 @@ class MaskedBuffer(ReplayBuffer):
 
 
 class MaskedDQN(DQN):
-    """DQN whose exploration, choice and targets are limited to the actions that there are.
+    """DQN whose exploration, choice and targets are limited to the available actions.
 
     The environments give the mask of each as `action_masks`, and in `info` as `action_mask`.
 
@@ -88,7 +88,7 @@ class MaskedDQN(DQN):
         return actions, actions
 
     def train(self, gradient_steps: int, batch_size: int = 100) -> None:
-        """Fit the values of drawn steps; the target is that of the best action there is."""
+        """Fit the values of drawn steps; the target is that of the best available action."""
         self.policy.set_training_mode(True)
         self._update_learning_rate(self.policy.optimizer)
         for _ in range(gradient_steps):

@@ -6,12 +6,10 @@ distance is compared with the spread of the plausible ices.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from blind.families import Task
 from blind.law import HOG
-from blind.planned_draws import TrueIce
+from blind.sessions import true_ice
 
 from curling_env import load_ice
 from curling_env.analysis import plausible_ices
@@ -39,7 +37,8 @@ def rest_errors(task: Task, seed: int) -> tuple[Floats, Floats]:
     tracks, sealed = task.make(seed)
     ice = discover(tracks, load_ice("standard") if task.given else None).improved_ice()
     throws = _draws_on(ice)
-    true = [_true_rest(sealed, *thrown) for thrown in throws]
+    truth = true_ice(sealed)
+    true = [truth.path(_release(*thrown))[-1, :2] for thrown in throws]
     off = np.array(true) - _rests([ice], throws)[0][0]
     xy, rested = _rests(plausible_ices(ice, ICES, np.random.default_rng(0)), throws)
     spread = np.nanstd(np.where(rested[..., None], xy, np.nan), axis=0)
@@ -59,20 +58,13 @@ def _draws_on(ice: Ice) -> list[Thrown]:
     return chosen
 
 
-def _true_rest(sealed: dict[str, Any], way: float, speed: float, spin: float) -> Floats:
-    pattern = np.array(sealed["pattern"]).reshape(-1, 3)
-    true = TrueIce(numbers=np.array(sealed["numbers"]), pattern=pattern, direction=way)
-    return true.rest(np.array([speed, 0.0, spin]), (0.0, 0.0))
+def _release(way: float, speed: float, spin: float) -> Release:
+    return Release(x=0.0, y=-way * HOG, vx=0.0, vy=way * speed, theta=0.0, omega=spin)
 
 
 def _rests(ices: list[Ice], throws: list[Thrown]) -> tuple[Floats, Flags]:
     """Return resting places on ices, (ices, throws, 2) [m], and flags of throws that rest."""
-    releases = release_table(
-        [
-            Release(x=0.0, y=-way * HOG, vx=0.0, vy=way * speed, theta=0.0, omega=spin)
-            for way, speed, spin in throws
-        ]
-    )
+    releases = release_table([_release(*thrown) for thrown in throws])
     which = np.repeat(np.arange(len(ices)), len(throws))
     found = throw_batch(ices, np.tile(releases, len(ices)), which=which)
     shape = len(ices), len(throws)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -23,7 +24,7 @@ from curling_env.infrastructure.files.writing import make_directory
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.expected import PLACES, expected_camera, expected_errors
 from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.camera.scene import load_scene
+from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.film.pictures import read_picture
 from friction_estimation.film.video import Film as Decoder
 from friction_estimation.synthetic import FilmSpec, render_films
@@ -152,11 +153,7 @@ def expected() -> dict[str, float]:
     values: dict[str, float] = {}
     for camera in ("phone", "gallery", "ceiling", "ceiling_home"):
         spec = FilmSpec(camera=camera, size=(1280, 720), fps=15.0, people=False)
-        folder = make_directory(FILMS / "expected")
-        film = folder / f"{camera}-0.mp4"
-        if not film.with_suffix(".truth.csv").exists():
-            render_films(folder, [draw(2.15)], spec)
-        scene = load_scene(folder / f"{camera}.scene.json")
+        film, scene = _draw_on_film("expected", spec)
         path = track_film(film, scene).trajectory
         table = read_table(film.with_suffix(".truth.csv"), required=("t", "x", "y"))
         t, x, y = (table.numbers(column) for column in ("t", "x", "y"))
@@ -177,11 +174,8 @@ def speed() -> dict[str, float]:
     """Processor time of tracking over that of decoding, for a draw in 1080p50 from the end."""
     cv2.setNumThreads(1)
     spec = FilmSpec(camera="end", size=(1920, 1080), fps=50.0, people=False)
-    folder = make_directory(FILMS / "speed")
-    film, scene = folder / f"{spec.name}-0.mp4", folder / f"{spec.name}.scene.json"
-    if not film.with_suffix(".truth.csv").exists():
-        render_films(folder, [draw(2.15)], spec)
-    frames = track_film(film, load_scene(scene)).frame_count  # also compiles
+    film, scene = _draw_on_film("speed", spec)
+    frames = track_film(film, scene).frame_count  # also compiles
     decoding: list[float] = []
     tracking: list[float] = []
     for _ in range(2):
@@ -189,7 +183,7 @@ def speed() -> dict[str, float]:
         for _ in Decoder.open(film).frames():
             pass
         decoded = time.process_time()
-        track_film(film, load_scene(scene))
+        track_film(film, scene)
         decoding.append(decoded - began)
         tracking.append(time.process_time() - decoded)
     return {
@@ -205,6 +199,15 @@ def live() -> dict[str, float]:
 
 
 # --- scores -------------------------------------------------------------------------------------
+
+
+def _draw_on_film(folder: str, spec: FilmSpec) -> tuple[Path, Scene]:
+    """Render a draw unless its film exists, and return the film and its scene."""
+    place = make_directory(FILMS / folder)
+    film = place / f"{spec.name}-0.mp4"
+    if not film.with_suffix(".truth.csv").exists():
+        render_films(place, [draw(2.15)], spec)
+    return film, load_scene(place / f"{spec.name}.scene.json")
 
 
 def _independent(*, lens: bool) -> list[Score]:

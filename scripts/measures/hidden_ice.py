@@ -8,14 +8,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from blind import law, sessions
+from blind import law
 from blind.hidden import hidden_numbers
+from blind.sessions import TrueIce
 
 from curling_env.ice import ActiveEffect, FrictionMap, Ice
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Direction
 from curling_env.throw import Release, Throw
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats
 
 WAVES = 24
 """Number of waves that make up the friction map."""
@@ -29,30 +29,8 @@ POSITION_NOISE, HEADING_NOISE = 0.005, 0.02
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class HiddenIce:
-    """True properties of a hidden ice.
-
-    Parameters
-    ----------
-    numbers : numbers of `blind.law`
-    pattern : (n, 3) wave numbers across and along the sheet [1/m], and phase
-    """
-
-    numbers: Floats
-    pattern: Floats
-
-    def path(self, release: Release) -> Floats:
-        """Return states every `law.STEP` until the stone rests or leaves the ice, (n, 6)."""
-        start = (release.x, release.y, release.vx, release.vy, release.theta, release.omega)
-        thrown = sessions.Release(
-            start=np.array(start, dtype=float),
-            clock=0.0,
-            order=0,
-            stone=0,
-            sweep=np.zeros(2),
-            mu=float(self.numbers[law.MU]),
-        )
-        return thrown.path(self.numbers, self.pattern, np.zeros(law.SQUARES))
+class HiddenIce(TrueIce):
+    """Sealed ice that is also known as an `Ice`."""
 
     def truth(self) -> Ice:
         """Return the same ice as an `Ice` with fine cells."""

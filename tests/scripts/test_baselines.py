@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import baselines
 import numpy as np
 import pytest
 
-from agents.benchmark import TASKS, contestant, played
+from agents.benchmark import TASKS, contestant, make, played
 from agents.benchmark.rows import read_row, shortcomings
 
 
@@ -50,6 +51,19 @@ def test_runs_are_resumed_and_saved_weights_score_as_measured(small, monkeypatch
     assert read_row(baselines.FOLDER / f"{name}.json").scores == row.scores
 
 
+@pytest.mark.parametrize("blind", [False, True])
+def test_learners_of_ends_see_every_stone_unless_they_are_blind(blind):
+    task = TASKS["end-rulebased"]
+    model = baselines._model(replace(baselines.ALGORITHMS["ppo"], blind=blind), task, seed=0)
+    scale = model.policy.features_extractor.scale.numpy()
+    names = make("end-rulebased").unwrapped.observation.names
+    varies = {name for name, one in zip(names, scale, strict=True) if one}
+    stones = {f"{who} stone {k}" for who in ("own", "their") for k in range(1, 8)}
+    seen = {one for one in stones if {f"{one} {what}" for what in ("present", "x", "y")} <= varies}
+    assert seen == (set() if blind else stones)
+    assert {"hammer", "stones delivered"} <= varies
+
+
 def test_what_needs_no_training_is_measured_on_all_that_it_can_do(small):
     baselines.run(["random", "rulebased"], ["guard", "end-rulebased"], 1.0, "1")
     names = [
@@ -70,8 +84,15 @@ def test_released_rows_are_complete(path):
 def test_a_release_keeps_the_rows_that_were_not_run_again(small):
     folder = small / baselines.RELEASED
     shutil.copytree(DOCS, folder)
+    baselines.run(["random"], ["guard"], 1.0, "1")
+    before, partly = (
+        {score.task: score.runs for score in read_row(path / "random.json").scores}
+        for path in (folder, baselines.FOLDER)
+    )
+    assert len(partly["guard"][0]) == 3
+    assert partly | {"guard": before["guard"]} == before
     baselines.release()
-    for name in ("curves.csv", "configurations.json", "ppo.json"):
+    for name in ("curves.csv", "configurations.json", "ppo.json", "random.json"):
         assert (folder / name).read_bytes() == (DOCS / name).read_bytes()
 
 

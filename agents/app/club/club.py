@@ -123,14 +123,11 @@ class Club:
     @property
     def units(self) -> Units:
         """Units in which the app displays lengths."""
-        with self.database.reading() as connection:
-            query = "select value from setting where name = 'units'"
-            found = connection.execute(query).fetchone()
-        return Units.METRES if found is None else Units(found[0])
+        return Units(self.setting("units") or Units.METRES)
 
     def choose_units(self, units: Units) -> None:
         """Display lengths in these units, in the whole app."""
-        self.database.write("insert or replace into setting values ('units', ?)", units)
+        self.keep_setting("units", units)
 
     def secret(self, name: str) -> str:
         """A secret that is kept, made when it is first asked for.
@@ -139,14 +136,20 @@ class Club:
         ----------
         name : which one, such as ``this machine`` or ``network``
         """
-        with self.database.writing() as connection:
-            made = secrets.token_urlsafe(16)
-            connection.execute(
-                "insert into setting values (?, ?) on conflict do nothing",
-                (f"secret: {name}", made),
-            )
+        query = "insert into setting values (?, ?) on conflict do nothing"
+        self.database.write(query, f"secret: {name}", secrets.token_urlsafe(16))
+        return self.setting(f"secret: {name}")
+
+    def setting(self, name: str) -> str:
+        """A setting that is kept; empty if absent."""
+        with self.database.reading() as connection:
             query = "select value from setting where name = ?"
-            return str(connection.execute(query, (f"secret: {name}",)).fetchone()[0])
+            found = connection.execute(query, (name,)).fetchone()
+        return "" if found is None else str(found[0])
+
+    def keep_setting(self, name: str, value: str) -> None:
+        """Keep a setting."""
+        self.database.write("insert or replace into setting values (?, ?)", name, value)
 
     # --- what is in it ---------------------------------------------------------------------------
 
@@ -330,7 +333,9 @@ def named(text: str, what: str) -> str:
     """
     name = " ".join("".join(c if c.isprintable() else " " for c in text).split())
     if not 1 <= len(name) <= LONGEST_NAME:
-        raise InputError(f"the name of {what} has 1 to {LONGEST_NAME} letters")
+        raise InputError(
+            f"the name of {what} has {len(name)} letters; expected 1 to {LONGEST_NAME}"
+        )
     return name
 
 

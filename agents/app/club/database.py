@@ -213,5 +213,13 @@ _FIFTH = (
         id integer primary key, name text not null unique, address text not null) strict""",
 )
 
-VERSIONS = (_FIRST, _SECOND, _THIRD, _FOURTH, _FIFTH)
+_SIXTH = (
+    # Throws of the first versions are measured at the next start.
+    "update session set stale = 1 "
+    "where id in (select session_id from throw where measures is null)",
+    "delete from job where kind = 'measure'",
+    "alter table session drop column draws",
+)
+
+VERSIONS = (_FIRST, _SECOND, _THIRD, _FOURTH, _FIFTH, _SIXTH)
 """The statements of each version, oldest first."""

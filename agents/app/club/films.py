@@ -15,7 +15,7 @@ from pathlib import Path
 
 from agents.app.club.club import FILMS, Club, added, changed, digest_of_file
 from agents.app.club.database import row_of
-from agents.app.club.records import Film, Session, State
+from agents.app.club.records import Camera, Film, Session, State
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.writing import fitted, make_directory
 from friction_estimation.film.video import SUFFIXES, TIMES_SUFFIX
@@ -54,7 +54,7 @@ def begin_film(club: Club, session: Session, name: str, size: int) -> Film:
         if found is not None:
             return found
         if shutil.disk_usage(folder).free < size + SPARE:
-            raise InputError("does not fit on the disk", source=name[:80])
+            raise InputError("does not fit on the disk; free some space", source=name[:80])
         return added_film(connection, session, name, size)
 
 
@@ -90,13 +90,20 @@ def add_piece(club: Club, film: Film, begin: int, piece: bytes) -> Film:
 
 
 def settle_films(club: Club) -> None:
-    """Count the last piece of films whose server was killed between writing and counting it."""
+    """Complete what a killed server, or an earlier version of this program, has left undone.
+
+    That is the count of a film's last piece, and the marks with which a film was tracked.
+    """
     with club.database.writing() as connection:
         query = "select * from film where received < size"
         for row in connection.execute(query).fetchall():
             target = club.path(row["file"])
             if target.exists() and target.stat().st_size == row["size"]:
                 changed(connection, "film", row["id"], received=row["size"])
+    for session in club.sessions():
+        for film in club.films(session):
+            if film.marks is None and film.state is State.DONE:
+                club.change("film", film.id, marks=marks_of(club, club.camera_of(session, film)))
 
 
 def take_film(club: Club, session: Session, path: Path) -> Film:
@@ -115,7 +122,7 @@ def take_film(club: Club, session: Session, path: Path) -> Film:
     size = inside.stat().st_size
     with club.database.writing() as connection:
         if film_in(connection, session, file=file) is not None:
-            raise InputError("is in this session already", source=file[:80])
+            raise InputError("this film is already in the session", source=file[:80])
         return added_film(connection, session, inside.name, size, file=file, received=size)
 
 
@@ -128,25 +135,15 @@ def waits(club: Club, session: Session, film: Film) -> bool:
 
 def has_other_marks(club: Club, session: Session, film: Film) -> bool:
     """Return whether a film was tracked with other marks than its camera has now."""
-    camera = club.camera_of(session, film)
-    if film.marks is None or film.state is not State.DONE or camera is None or not camera.scene:
-        return False
-    path = club.path(camera.scene)
-    return path.exists() and digest_of_file(path) != film.marks
+    marks = marks_of(club, club.camera_of(session, film))
+    return film.state is State.DONE and None not in (marks, film.marks) and marks != film.marks
 
 
-def note_marks(connection: sqlite3.Connection, which: str, *given: object) -> None:
-    """Note that films were tracked with marks that are no longer known, unless theirs are known.
-
-    Parameters
-    ----------
-    which : condition on `film` and `session` whose marks are about to change
-    """
-    connection.execute(
-        "update film set marks = '' where marks is null and state = 'done' and id in (select "
-        f"film.id from film join session on session.id = film.session_id where {which})",
-        given,
-    )
+def marks_of(club: Club, camera: Camera | None) -> str | None:
+    """Return a digest of the marks of a camera; None if it has not been marked."""
+    if camera is None or camera.scene is None:
+        return None
+    return digest_of_file(club.path(camera.scene)) or None
 
 
 def films_there(club: Club) -> list[str]:

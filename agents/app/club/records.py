@@ -74,7 +74,6 @@ class Session:
     lineup : athletes whose throws come next, in turn, separated by commas
     drill : the call of the throws that come next
     pebble, temperature, humidity, scrape : of the ice, as an ice technician enters them
-    draws : draws on its ice, see `sheet.choices.centre_of_session`
     live : encoded measurements of the throw that a camera shows now, see
         `session_files.measures_of`
     live_rests : whether that throw's stone has come to rest
@@ -96,7 +95,6 @@ class Session:
     temperature: str = ""
     humidity: str = ""
     scrape: str = ""
-    draws: str = ""
     live: bytes | None = None
     live_rests: bool = False
     live_film: int = 0

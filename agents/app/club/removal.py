@@ -99,7 +99,8 @@ def delete_for_good(club: Club, kind: Kind, number: int) -> None:
         if kind == "session":
             for row in ("throw", "note", "job"):
                 connection.execute(f"delete from {row} where session_id = ?", (number,))
-            connection.execute("delete from answer where name like ?", (f"causes {number} %",))
+            for name in (f"causes {number} %", f"draws {number}"):
+                connection.execute("delete from answer where name like ?", (name,))
             connection.execute("delete from session where id = ?", (number,))
     # Only now: a row without its file would be worse than a file without its row.
     for film in films:

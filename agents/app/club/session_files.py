@@ -24,6 +24,7 @@ from agents.app.club.club import TRACKS, Club, added, changed, decoded, encoded,
 from agents.app.club.database import rows_of
 from agents.app.club.records import Film, Session, State, Throw
 from agents.app.club.targets import with_places
+from agents.coaching.throw_sheet import HANDS_LIST
 from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.storage import write_json, write_table
 from curling_env.infrastructure.files.writing import make_directory, together
@@ -37,7 +38,6 @@ PARTS = "parts"
 """Folder of what was found in each film, in the folder of a session."""
 IMPORTED = "imported"
 """Name of the part that came as a tracks file, and comes first in the order of play."""
-HANDS_LIST = "athletes.csv"
 LONGEST_CELL = 900
 """Longest note in the table of throws; commands read at most 1,000 letters of a cell."""
 NOTES_CHANGED = 2

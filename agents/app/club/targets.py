@@ -39,7 +39,7 @@ def keep_target(club: Club, name: str, x: float, y: float) -> Target:
     right, past = to_delivery(np.array([x, y]), Direction.AWAY if y > 0 else Direction.HOME)
     _check_name(name)
     if read_call(f"draw {_place(right, past)}") is None:
-        raise InputError("no stone can lie there")
+        raise InputError("expected a place between the hog line and the back line, on the ice")
     x, y = (float(v) for v in to_sheet(np.array([right, past]), Direction.AWAY))
     with club.database.writing() as connection:
         query = "select * from target where name = ? collate nocase"
@@ -54,7 +54,7 @@ def keep_target(club: Club, name: str, x: float, y: float) -> Target:
             if np.hypot(found.x - x, found.y - y) > 0.005:
                 calls = [row[0] for row in connection.execute("select called from throw")]
                 if any(with_places(called, [found]) != called for called in calls):
-                    raise InputError(f"throws have called {found.name!r}; choose another name")
+                    raise InputError(f"throws were called with {found.name!r}; choose another name")
             changed(connection, "target", number, x=x, y=y, removed=None)
         kept = row_of(connection, Target, "select * from target where id = ?", (number,))
         # Calls that have named it before mean this place now.
@@ -106,7 +106,7 @@ def _check_name(name: str) -> None:
     if not re.fullmatch(r"[^\W\d_][\w' -]*", name):
         raise InputError("expected a name of letters and digits that begins with a letter")
     if KNOWN_WORDS.issuperset(name.lower().split()):
-        raise InputError(f"{name!r} means something in a call already; choose another name")
+        raise InputError(f"{name!r} has a meaning in calls; choose another name")
 
 
 def _place(right: float, past: float) -> str:

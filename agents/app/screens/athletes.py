@@ -28,10 +28,12 @@ def show(request: Request) -> Response:
     named = [one for one in errors if one.name]
     if not named:
         text = (
-            "Enter on the page Throws who threw, and what was called: two throws with a called "
-            "target show how an athlete throws."
+            "Two throws with a called target show how an athlete throws. Enter who threw, and what "
+            "was called, on the page Throws."
         )
-        return page(request, "empty.html", session=session, heading="Athletes", text=text)
+        return page(
+            request, "empty.html", session=session, heading="Athletes", text=text, next="throws"
+        )
     return page(
         request,
         "athletes.html",
@@ -53,7 +55,7 @@ def report(request: Request) -> Response:
     number = request.path_params["athlete"]
     athlete = next((one for one in club.athletes() if one.id == number), None)
     if session is None or athlete is None:
-        raise HTTPException(404, "There is no such athlete.")
+        raise HTTPException(404, f"Athlete {number} does not exist in this session of the club.")
     path = report_path(club, session, athlete)
     if not path.exists():
         raise ComingError([requested(club, REPORT, session, str(number))])

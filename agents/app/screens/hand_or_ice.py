@@ -22,10 +22,10 @@ from curling_env.sheet import Direction, to_sheet
 from curling_env.typing import Floats
 
 LEADS = {
-    **{cause: f"Most was lost by the {cause}" for cause in ("weight", "line", "rotation")},
-    "ice": "Most was lost because the ice was read wrong",
-    "sweeping": "Most was lost by the sweeping",
-    "neither": "Neither hand nor ice explains most of it",
+    **{cause: f"{cause.capitalize()} cost the most" for cause in ("weight", "line", "rotation")},
+    "ice": "Misread ice cost the most",
+    "sweeping": "Sweeping cost the most",
+    "neither": "Neither hand nor ice explains most of the misses",
 }
 SMALL = 0.05
 """A shorter part is not shown [m]."""
@@ -44,13 +44,15 @@ def show(request: Request) -> Response:
     believed = _believed(request, club, session)
     answer = causes_of(club, session, believed)
     if answer is None:
-        text = "Why throws missed is shown once the throws and the ice of the session are known."
+        text = "Causes of misses are shown once the throws and the ice of the session are known."
         return page(request, "empty.html", session=session, heading=heading, text=text)
     found = answer.kept.found
     athlete = request.query_params.get("athlete", "")
     patterns = {pattern.athlete: pattern for pattern in found.athletes}
     if athlete and athlete not in patterns:
-        raise HTTPException(404, "No one of that name has thrown to a called target here.")
+        raise HTTPException(
+            404, "No athlete of that name has thrown to a called target in this session."
+        )
     shown = [one for one in found.throws if not athlete or one.athlete == athlete]
     chosen = _chosen(request, shown)
     there = {one.number for one in club.throws(session)}
@@ -85,7 +87,9 @@ def _believed(request: Request, club: Club, session: Session) -> Session | None:
     number = number_in(wanted, "a session")
     found = next((one for one in earlier_sessions(club, session) if one.id == number), None)
     if number and found is None:
-        raise HTTPException(404, "There is no such earlier ice on this sheet.")
+        raise HTTPException(
+            404, "That session has no earlier ice of this sheet; choose one from the list."
+        )
     return found
 
 
@@ -140,7 +144,7 @@ def _pattern(pattern: Pattern | None) -> dict[str, Any] | None:
         )
         begin += width
     main = max(rows, key=lambda row: row["width"])
-    usual = f"on average {main['mean']}" if main["mean"] else "to either side"
+    usual = f"on average {main['mean']}" if main["mean"] else "with no usual side"
     lead = f"{LEADS[main['cause']]}, {usual}."
     return {"found": pattern, "rows": rows, "whole": max(begin, 1.0), "lead": lead}
 

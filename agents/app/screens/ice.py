@@ -49,7 +49,9 @@ def show(request: Request) -> Response:
         wanted = number_in(request.query_params["against"], "a session")
         against = next((one for one in document["earlier"] if one["id"] == wanted), None)
         if against is None:
-            raise HTTPException(404, "There is no such earlier session on this sheet.")
+            raise HTTPException(
+                404, "That session has no earlier ice of this sheet; choose one from the list."
+            )
     throws = [measures_of(one.measures) for one in club.throws(session)]
     hand = "left" if request.query_params.get("hand") == "left" else "right"
     return page(

@@ -12,9 +12,10 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from agents.app.club import Camera, Club, Film, Session
-from agents.app.club.club import CAMERAS, changed, digest_of_file, plain
-from agents.app.club.films import note_marks, waits
-from agents.app.pages import club_of, session_of, work_of
+from agents.app.club.club import CAMERAS, changed, plain
+from agents.app.club.films import waits
+from agents.app.pages import club_of, session_of
+from agents.app.work.jobs import submit
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.reading import parse_json
 from curling_env.sheet import Sheet
@@ -41,7 +42,9 @@ async def answer(request: Request) -> Response:
         film is not None and session is not None and film.session_id == session.id
     )
     if session is None or camera is None or not is_there or not is_of_session:
-        raise HTTPException(404, "This session has no camera, or no film yet to mark it in.")
+        raise HTTPException(
+            404, "The sheet cannot be marked yet: the session needs a camera and a film."
+        )
     asked = None
     if request.method == "POST":
         asked = parse_json(await request.body(), source="the request")
@@ -49,9 +52,9 @@ async def answer(request: Request) -> Response:
 
     def keep(scene: Scene) -> None:
         if film is None:
-            _keep(request, camera, scene)
+            _keep(club, camera, scene)
         else:
-            _keep_from(request, session, film, camera, scene)
+            _keep_from(club, session, film, camera, scene)
 
     # The page comes at once; its script waits for the film, which may take long to open.
     marking = AnnotationPage(lambda: _annotation(club, films, camera), keep)
@@ -71,7 +74,7 @@ def _annotation(club: Club, films: Sequence[Film], camera: Camera) -> Annotation
     """
     scene = None if camera.scene is None else club.path(camera.scene)
     marked = scene.stat().st_mtime_ns if scene is not None and scene.exists() else 0
-    problem = InputError("no film of this session can be opened")
+    problem = InputError("none of the films of this session can be opened")
     for film in films:
         if film.is_whole:
             try:
@@ -89,25 +92,21 @@ def _opened(club: Club, camera: Camera, file: str, marked: int) -> Annotation:
     return Annotation.open(path, Sheet(length=camera.length, width=camera.width))
 
 
-def _keep(request: Request, camera: Camera, scene: Scene) -> None:
+def _keep(club: Club, camera: Camera, scene: Scene) -> None:
     """Save a scene with its camera; track films that waited for it or had other marks."""
-    club = club_of(request)
     _save(club, camera, scene)
     for session in club.sessions():
         films = [k for k in club.films(session) if camera.id in (k.camera_id, session.camera_id)]
         if any(waits(club, session, film) for film in films):
-            work_of(request).submit("track", session)
+            submit(club, "track", session)
 
 
-def _keep_from(
-    request: Request, session: Session, film: Film, before: Camera, scene: Scene
-) -> None:
+def _keep_from(club: Club, session: Session, film: Film, before: Camera, scene: Scene) -> None:
     """Save the scene of a camera that was moved; it holds from this film on.
 
     The film is tracked again. Films before it keep the camera as it stood, as do
     other sessions.
     """
-    club = club_of(request)
     name = f"{before.name[:40]}, from {film.name[:30]} on"
     with club.database.reading() as connection:
         query = "select count(*) from camera where substr(name, 1, ?) = ?"
@@ -127,22 +126,17 @@ def _keep_from(
             (session.id, film.id, film.place),
         )
         changed(connection, "session", session.id, camera_id=camera.id)
-    work_of(request).submit("track", session)
+    submit(club, "track", session)
 
 
 def _save(club: Club, camera: Camera, scene: Scene) -> None:
     file = camera.scene or f"{CAMERAS}/{camera.id}-{plain(camera.name)}.scene.json"
-    path = club.path(file)
-    before = digest_of_file(path)
     try:
-        save_scene(scene, path)
+        save_scene(scene, club.path(file))
     except OSError as error:
         raise InputError(str(error)) from error
     size = {"length": scene.sheet.length, "width": scene.sheet.width}
-    with club.database.writing() as connection:
-        changed(connection, "camera", camera.id, scene=file, **size)
-        if digest_of_file(path) != before:
-            note_marks(connection, "coalesce(film.camera_id, session.camera_id) = ?", camera.id)
+    club.change("camera", camera.id, scene=file, **size)
 
 
 # The token stands in the address, because that page's script knows of none.

@@ -5,18 +5,16 @@ from __future__ import annotations
 import datetime
 
 from starlette.concurrency import run_in_threadpool
-from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from agents.app.club import Camera, Club, Film, Session
+from agents.app.club import Camera, Club, Session
 from agents.app.club.club import changed, named
 from agents.app.club.films import (
     add_piece,
     begin_film,
     films_there,
-    note_marks,
     take_film,
     waits,
 )
@@ -36,16 +34,17 @@ from agents.app.pages import (
     Screen,
     club_of,
     document_of,
+    film_of,
     form_of,
     go_to,
     number_in,
     page,
     session_of,
-    work_of,
+    text_in,
 )
 from agents.app.screens.marking import MARKING, can_be_marked
 from agents.app.views.progress import events, job_events, state_of
-from agents.app.work.jobs import OPEN
+from agents.app.work import jobs
 from curling_env.errors import InputError
 from friction_estimation.camera.annotation.verdict import SHEETS as OFFERED
 from friction_estimation.camera.annotation.verdict import size_in_words
@@ -61,8 +60,8 @@ LONGEST_LIST = 400
 """Letters of a list of numbers, and of what an ice technician enters."""
 CONDITIONS = ("pebble", "temperature", "humidity", "scrape")
 """Of the ice, entered for each session."""
-LONGEST_NOTE = 5000
-"""Letters of a remark."""
+LONGEST_NOTE, LONGEST_ADDRESS = 5000, 500
+"""Letters of a remark, and of the address of a camera."""
 
 
 def show(request: Request) -> Response:
@@ -87,7 +86,7 @@ def show(request: Request) -> Response:
         notes=[] if session is None else club.notes(session),
         removed=[] if session is None else removed_in(club, session),
         removed_sessions=removed_sessions(club),
-        state=None if session is None else state_of(club, work_of(request), session),
+        state=None if session is None else state_of(club, session),
     )
 
 
@@ -113,7 +112,7 @@ async def rename(request: Request) -> Response:
         elif other is None:
             changed(connection, table, number, name=name)
         elif table not in MERGED:
-            raise InputError(f"there is a {table} of that name already", source=name)
+            raise InputError(f"another {table} has this name; choose another", source=name)
         else:
             query = f"update throw set {table}_id = ? where {table}_id = ?"
             connection.execute(query, (other[0], number))
@@ -136,25 +135,23 @@ async def announce_film(request: Request) -> Response:
 
 async def receive_piece(request: Request) -> Response:
     """The next piece of a film; the last one sets off tracking."""
-    club, film = club_of(request), _film(request)
+    club, (film, session) = club_of(request), film_of(request)
     begin = number_in(request.query_params.get("begin", ""), "the first byte")
     film = add_piece(club, film, begin, await request.body())
     if film.is_whole:
-        session = club.session(film.session_id)
-        assert session is not None
-        _track_if_marked(request, session)
+        _track_if_marked(club, session)
     return JSONResponse({"received": film.received})
 
 
 def cancel(request: Request) -> Response:
     """End work."""
-    work_of(request).cancel(request.path_params["job"])
+    jobs.cancel(club_of(request), request.path_params["job"])
     return Response(status_code=204)
 
 
 def work_again(request: Request) -> Response:
     """Begin work once more that failed or was cancelled."""
-    work_of(request).again(request.path_params["job"])
+    jobs.retry(club_of(request), request.path_params["job"])
     return Response(status_code=204)
 
 
@@ -162,17 +159,16 @@ async def watch_work(request: Request) -> Response:
     """Server-sent events: how far some work is, by its numbers."""
     asked = request.query_params.get("jobs", "")[:LONGEST_LIST]
     numbers = {number_in(part, "a piece of work") for part in asked.split(",") if part}
-    return StreamingResponse(job_events(work_of(request), numbers), media_type="text/event-stream")
+    result = job_events(club_of(request), request.app.state.closed, numbers)
+    return StreamingResponse(result, media_type="text/event-stream")
 
 
 def again(request: Request) -> Response:
     """Track a film once more that could not be tracked."""
-    club, film = club_of(request), _film(request)
+    club, (film, session) = club_of(request), film_of(request)
     if film.state is State.FAILED:
         club.change("film", film.id, state=State.WAITING, said="")
-    session = club.session(film.session_id)
-    assert session is not None
-    _track_if_marked(request, session)
+    _track_if_marked(club, session)
     return Response(status_code=204)
 
 
@@ -182,10 +178,7 @@ def again(request: Request) -> Response:
 def correct(request: Request, session: Session, form: dict[str, str]) -> None:
     """Correct the name, day and sheet of a session, and the conditions of its ice."""
     name, day, sheet = _about(form)
-    room = {word: form[word] for word in CONDITIONS if word in form}
-    for word, text in room.items():
-        if len(text) > LONGEST_LIST:
-            raise InputError(f"at most {LONGEST_LIST} letters are kept", source=word)
+    room = {word: text_in(form, word, LONGEST_LIST) for word in CONDITIONS if word in form}
     club_of(request).change("session", session.id, name=name, day=day, sheet=sheet, **room)
 
 
@@ -193,42 +186,36 @@ def choose_camera(request: Request, session: Session, form: dict[str, str]) -> N
     """Another camera for a session."""
     club = club_of(request)
     camera = _chosen_camera(club, form)
-    with club.database.writing() as connection:
-        if camera is None or camera.id != session.camera_id:
-            note_marks(connection, "film.camera_id is null and session.id = ?", session.id)
-        number = None if camera is None else camera.id
-        changed(connection, "session", session.id, camera_id=number)
-    _track_if_marked(request, session)
+    club.change("session", session.id, camera_id=None if camera is None else camera.id)
+    _track_if_marked(club, session)
 
 
 def take(request: Request, session: Session, form: dict[str, str]) -> None:
     """A film that lies in the club folder."""
     club = club_of(request)
     take_film(club, session, club.path(form.get("file", "")))
-    _track_if_marked(request, session)
+    _track_if_marked(club, session)
 
 
 def record(request: Request, session: Session, form: dict[str, str]) -> None:
     """Begin to record from a camera."""
-    source = form.get("source", "")
-    if not source or len(source) > 500:
+    source = text_in(form, "source", LONGEST_ADDRESS)
+    if not source:
         raise InputError("expected the number of a camera, or the address of a stream")
-    work_of(request).submit("record", session, source)
+    jobs.submit(club_of(request), "record", session, source)
 
 
 def ask_for_work(request: Request, session: Session, form: dict[str, str]) -> None:
     """Track what waits, estimate the ice, or look for what it lacks."""
     kind = form.get("kind", "")
     if kind not in WORK:
-        raise InputError("no such work")
-    work_of(request).submit(kind, session)
+        raise InputError(f"expected one of {', '.join(WORK)}", source="work")
+    jobs.submit(club_of(request), kind, session)
 
 
 def write_note(request: Request, session: Session, form: dict[str, str]) -> None:
     """A remark about the session."""
-    text = form.get("text", "")
-    if len(text) > LONGEST_NOTE:
-        raise InputError(f"a remark has at most {LONGEST_NOTE} letters; this one has {len(text)}")
+    text = text_in(form, "text", LONGEST_NOTE)
     if text:
         now = datetime.datetime.now().isoformat(" ", "minutes")
         club_of(request).add(Note, session_id=session.id, text=text, written=now)
@@ -254,7 +241,7 @@ async def do(request: Request) -> Response:
 
 async def watch(request: Request) -> Response:
     """Server-sent events: how far all is."""
-    result = events(club_of(request), work_of(request), _session(request))
+    result = events(club_of(request), request.app.state.closed, _session(request))
     return StreamingResponse(result, media_type="text/event-stream")
 
 
@@ -275,20 +262,12 @@ def _session(request: Request) -> Session:
     return session
 
 
-def _film(request: Request) -> Film:
-    film = club_of(request).film(request.path_params["film"])
-    if film is None:
-        raise HTTPException(404, "There is no such film.")
-    return film
-
-
-def _track_if_marked(request: Request, session: Session) -> None:
-    club = club_of(request)
+def _track_if_marked(club: Club, session: Session) -> None:
     session = club.session(session.id) or session
     camera = club.camera(session.camera_id)
     waiting = any(waits(club, session, film) for film in club.films(session))
     if waiting and camera is not None and camera.scene is not None:
-        work_of(request).submit("track", session)
+        jobs.submit(club, "track", session)
 
 
 def _chosen_camera(club: Club, form: dict[str, str]) -> Camera | None:
@@ -298,15 +277,15 @@ def _chosen_camera(club: Club, form: dict[str, str]) -> Camera | None:
         name = named(form.get("camera_name", ""), "the camera")
         size = SHEETS.get(form.get("size", ""))
         if size is None:
-            raise InputError("no such size of the ice")
+            raise InputError(f"expected one of {', '.join(SHEETS)}", source="size of the ice")
         if any(camera.name == name for camera in club.cameras()):
-            raise InputError("there is a camera of that name already", source=name)
+            raise InputError("another camera has this name; choose another", source=name)
         return club.add(Camera, name=name, length=size.length, width=size.width)
     if not chosen:
         return None
     camera = club.camera(number_in(chosen, "a camera"))
     if camera is None:
-        raise InputError("there is no such camera")
+        raise InputError("unknown camera; choose one from the list")
     return camera
 
 
@@ -325,21 +304,21 @@ async def deal(request: Request) -> Response:
     if deed == "remove" and kind != "throw":
         film = club.film(number) if kind == "film" else None
         if kind == "session" or (film is not None and film.state is State.RUNNING):
-            _end_work(request, page, "" if film is None else "track")
+            _end_work(club, page, "" if film is None else "track")
     await run_in_threadpool(REMOVALS[deed], club, kind, number)
     there = club.session(page)
     return go_to(request, f"practice/{there.id}#removed" if there else "practice#removed")
 
 
-def _end_work(request: Request, number: int, kind: str) -> None:
+def _end_work(club: Club, number: int, kind: str) -> None:
     """End the work on a session, or that of one kind, which then goes on with the rest."""
-    session, work = club_of(request).session(number), work_of(request)
-    jobs = [] if session is None else work.jobs(session)
-    ended = [job for job in jobs if job.state in OPEN and kind in ("", job.kind)]
+    session = club.session(number)
+    work = [] if session is None else jobs.jobs(club, session)
+    ended = [job for job in work if job.state in jobs.OPEN and kind in ("", job.kind)]
     for job in ended:
-        work.cancel(job.id)
+        jobs.cancel(club, job.id)
     if session is not None and kind and ended:
-        work.submit(kind, session)
+        jobs.submit(club, kind, session)
 
 
 SCREEN = Screen(

@@ -8,13 +8,12 @@ from starlette.routing import Route
 
 from agents.app.club.club import changed, named_row
 from agents.app.club.session_files import SWEPT
-from agents.app.pages import Screen, club_of, form_of, go_to, page, session_of, work_of
+from agents.app.pages import Screen, club_of, form_of, go_to, page, session_of, text_in
 from agents.app.screens.throws import entry_of, reading_of
 from agents.app.views.progress import state_of
 from agents.app.views.throws import ELSEWHERE, HIT, POINTS, leaderboard, sheets_of
 from agents.app.work.jobs import running
 from agents.coaching.calls import shown_call, typed_call
-from curling_env.errors import InputError
 
 LONGEST = 300
 """Letters of a drill's call, and of a list of athletes."""
@@ -35,7 +34,7 @@ def show(request: Request) -> Response:
         request,
         "rink.html",
         session=session,
-        state=state_of(club, work_of(request), session),
+        state=state_of(club, session),
         filming=running(club, "record", session),
         marked=camera is not None and bool(camera.scene),
         latest=throws[-1] if throws else None,
@@ -59,10 +58,8 @@ async def plan(request: Request) -> Response:
     """Enter whose throws come next, in turn, and what is called of them."""
     club, session, form = club_of(request), session_of(request), await form_of(request)
     assert session is not None  # the address names one
-    names = [" ".join(name.split()) for name in form.get("lineup", "").split(",")]
-    lineup, drill = ", ".join(filter(None, names)), typed_call(form.get("drill", ""))
-    if max(len(lineup), len(drill)) > LONGEST:
-        raise InputError(f"at most {LONGEST} letters are kept")
+    names = [" ".join(name.split()) for name in text_in(form, "lineup", LONGEST).split(",")]
+    lineup, drill = ", ".join(filter(None, names)), typed_call(text_in(form, "drill", LONGEST))
     with club.database.writing() as connection:
         for name in filter(None, names):
             named_row(connection, "athlete", name)

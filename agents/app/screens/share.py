@@ -28,7 +28,7 @@ def show(request: Request) -> Response:
 async def switch(request: Request) -> Response:
     """Share the app, or end that; from this machine alone."""
     if not request.scope["door"].is_own:
-        raise HTTPException(403, "Sharing is switched on the machine that the app runs on.")
+        raise HTTPException(403, "Sharing is switched on or off on the computer that runs the app.")
     on = (await form_of(request)).get("share") == "on"
     await request.app.state.sharing.switch(on, request.scope["server"][1])
     return go_to(request, "share")

@@ -21,10 +21,13 @@ def show(request: Request) -> Response:
     answer = causes_of(club, session, believed_ice(club, session))
     found = None if answer is None else answer.kept.stones
     if answer is None or found is None:
-        text = "Stones are matched once the throws and the ice of a session are known."
+        text, screen = "Stones are compared once throws and ice of a session are known.", "practice"
         if answer is not None:
-            text = f"These throws do not match stones: {answer.kept.no_stones}."
-        return page(request, "empty.html", session=session, heading="Stones", text=text)
+            why = answer.kept.no_stones.replace("in throws.csv", "on the page Throws")
+            text, screen = f"Stones cannot be compared yet: {why}.", "throws"
+        return page(
+            request, "empty.html", session=session, heading="Stones", text=text, next=screen
+        )
     reach = {
         name: max([LEAST_REACH, *(abs(end - 1) for one in factors for end in (one.low, one.high))])
         for name, factors in (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from statistics import median
 from typing import Any
 
@@ -28,6 +28,7 @@ from agents.app.sheet.forms import (
     TargetForm,
     asked,
 )
+from curling_env.throw import Skill
 from curling_env.units import side
 
 LEAST_SPLITS = 5
@@ -75,13 +76,11 @@ def _split_of(club: Club, key: str) -> dict[str, Any]:
     }
 
 
-def _run(club: Club, document: Any) -> dict[str, Any]:
-    form = asked(document, RunForm)
+def _run(club: Club, form: RunForm) -> dict[str, Any]:
     return throws.run(ice_named(club, form.ice), form)
 
 
-def _plan(club: Club, document: Any) -> dict[str, Any]:
-    form = asked(document, PlanForm)
+def _plan(club: Club, form: PlanForm) -> dict[str, Any]:
     found = throws.planned(ice_named(club, form.ice), skill_of(club, form.skill), form)
     return found | {"habit": _habit(club, form.skill, found["call"]["hog_to_hog_s"])}
 
@@ -102,21 +101,20 @@ def _habit(club: Club, key: str, seconds: float | None) -> str:
     return f"{errors.name} is {', and '.join(words)}." if words else ""
 
 
-def _calls(club: Club, document: Any) -> dict[str, Any]:
-    form = asked(document, CallsForm)
+def _calls(club: Club, form: CallsForm) -> dict[str, Any]:
     return games.called(ice_named(club, form.ice), skill_of(club, form.skill), form)
 
 
-def _game(club: Club, document: Any) -> dict[str, Any]:
-    form = asked(document, GameForm)
-    hands = skill_of(club, form.skill), skill_of(club, form.opponent_skill)
-    return games.played(ice_named(club, form.ice), hands, form)
+def _game(club: Club, form: GameForm) -> dict[str, Any]:
+    return games.played(ice_named(club, form.ice), _hands(club, form), form)
 
 
-def _advice(club: Club, document: Any) -> dict[str, Any]:
-    form = asked(document, GameForm)
-    hands = skill_of(club, form.skill), skill_of(club, form.opponent_skill)
-    return games.advised(ice_named(club, form.ice), hands, form)
+def _advice(club: Club, form: GameForm) -> dict[str, Any]:
+    return games.advised(ice_named(club, form.ice), _hands(club, form), form)
+
+
+def _hands(club: Club, form: GameForm) -> tuple[Skill, Skill]:
+    return skill_of(club, form.skill), skill_of(club, form.opponent_skill)
 
 
 def _kept(club: Club) -> dict[str, Any]:
@@ -128,15 +126,13 @@ def _kept(club: Club) -> dict[str, Any]:
     }
 
 
-def _keep(club: Club, document: Any) -> dict[str, Any]:
-    form = asked(document, TargetForm)
+def _keep(club: Club, form: TargetForm) -> dict[str, Any]:
     keep_target(club, form.name, form.place.x, form.place.y)
     finish_files(club)  # of sessions whose calls name it
     return _kept(club)
 
 
-def _keep_position(club: Club, document: Any) -> dict[str, Any]:
-    form = asked(document, PositionNameForm)
+def _keep_position(club: Club, form: PositionNameForm) -> dict[str, Any]:
     query = (
         "insert into position (name, address) values (?, ?) "
         "on conflict (name) do update set address = excluded.address"
@@ -155,16 +151,14 @@ async def forget(request: Request) -> Response:
     return JSONResponse(_kept(club))
 
 
-def _answering(
-    answer: Callable[[Club, Any], dict[str, Any]],
-) -> Callable[[Request], Awaitable[Response]]:
-    """An address that answers JSON with JSON, worked out beside the other requests."""
+def _answering(name: str, form: type[Any], answer: Callable[[Club, Any], dict[str, Any]]) -> Route:
+    """An address that answers JSON with JSON, computed beside the other requests."""
 
     async def endpoint(request: Request) -> Response:
-        document = await document_of(request)
-        return JSONResponse(await run_in_threadpool(answer, club_of(request), document))
+        wish = asked(await document_of(request), form)
+        return JSONResponse(await run_in_threadpool(answer, club_of(request), wish))
 
-    return endpoint
+    return Route(f"/throw/{name}", endpoint, methods=["POST"])
 
 
 SCREEN = Screen(
@@ -173,17 +167,12 @@ SCREEN = Screen(
     show,
     [
         Route("/throw/{kind}/{number:int}/forget", forget, methods=["POST"]),
-        *(
-            Route(f"/throw/{name}", _answering(answer), methods=["POST"])
-            for name, answer in (
-                ("run", _run),
-                ("plan", _plan),
-                ("calls", _calls),
-                ("game", _game),
-                ("advice", _advice),
-                ("targets", _keep),
-                ("positions", _keep_position),
-            )
-        ),
+        _answering("run", RunForm, _run),
+        _answering("plan", PlanForm, _plan),
+        _answering("calls", CallsForm, _calls),
+        _answering("game", GameForm, _game),
+        _answering("advice", GameForm, _advice),
+        _answering("targets", TargetForm, _keep),
+        _answering("positions", PositionNameForm, _keep_position),
     ],
 )

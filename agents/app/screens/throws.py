@@ -19,19 +19,20 @@ from agents.app.club.films import has_other_marks
 from agents.app.club.records import Hand
 from agents.app.club.session_files import SWEPT, finish_files, note_change
 from agents.app.club.targets import with_places
-from agents.app.pages import Screen, club_of, form_of, go_to, page, session_of
+from agents.app.pages import Screen, club_of, film_of, form_of, go_to, page, session_of, text_in
 from agents.app.views.film_view import throw_view
 from agents.app.views.progress import in_words
 from agents.app.views.throws import COLUMNS, sheets_of, throw_numbers
-from agents.app.work.causes import ComingError
 from agents.app.work.film_copy import copy_of
-from agents.app.work.jobs import COPY, MEASURE, requested, running, submit
+from agents.app.work.jobs import COPY, requested
 from agents.coaching import ThrowSheet, read_call
 from agents.coaching.calls import call_error, shown_call, typed_call
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.reading import parse_json
 
 MADE = {"": None, "made": True, "missed": False}
+CHOICES = {"made": [*MADE], "swept": ["", *SWEPT], "hand": [hand.value for hand in Hand]}
+"""Values of the fields that are chosen."""
 LONGEST = {"called": 300, "note": 5000}
 """Letters of each text that a coach enters."""
 ENTRY = ("athlete", "hand", "stone", "called", "made", "swept", "note")
@@ -44,18 +45,12 @@ def show(request: Request) -> Response:
     """The throws of a session; the latest session without a number.
 
     `?athlete=NAME` shows the throws of one athlete.
-
-    Raises
-    ------
-    ComingError : they are being measured
     """
     club, session = club_of(request), session_of(request)
     throws = [] if session is None else club.throws(session)
     if session is None or not throws:
         text = "No throws yet: drop films on the page Practice, or start a camera there."
         return page(request, "empty.html", session=session, heading="Throws", text=text)
-    if all(one.measures is None for one in throws):
-        raise ComingError([running(club, MEASURE, session) or submit(club, MEASURE, session)])
     sheets = {sheet.throw: sheet for sheet in sheets_of(club, session)}
     chosen = request.query_params.get("athlete", "")
     rows = [
@@ -163,27 +158,25 @@ def show_track(request: Request) -> Response:
     session, throw = _asked_for(request)
     found = throw_view(club_of(request), session, throw)
     if found is None:
-        raise HTTPException(404, "Its track is not there.")
+        raise HTTPException(404, "The track of this throw is missing; track its film again.")
     return JSONResponse(found)
 
 
 def show_film(request: Request) -> Response:
     """A film, or the part of it that the browser asks for."""
-    club = club_of(request)
-    film = club.film(request.path_params["film"])
-    return _sent(None if film is None else club.path(film.file))
+    film, _ = film_of(request)
+    return _sent(club_of(request).path(film.file))
 
 
 def show_copy(request: Request) -> Response:
     """The copy of a film that browsers play, or a part of it."""
-    club = club_of(request)
-    film = club.film(request.path_params["film"])
-    return _sent(None if film is None else copy_of(club, film))
+    film, _ = film_of(request)
+    return _sent(copy_of(club_of(request), film))
 
 
-def _sent(path: Path | None) -> Response:
-    if path is None or not path.is_file():
-        raise HTTPException(404, "There is no such film.")
+def _sent(path: Path) -> Response:
+    if not path.is_file():
+        raise HTTPException(404, "That film does not exist or was removed.")
     kind = mimetypes.guess_type(path.name)[0] or "application/octet-stream"
     if not kind.startswith("video/"):
         kind = "application/octet-stream"
@@ -192,12 +185,8 @@ def _sent(path: Path | None) -> Response:
 
 def make_playable(request: Request) -> Response:
     """Ask for a copy that browsers play; the work that makes it."""
-    club = club_of(request)
-    film = club.film(request.path_params["film"])
-    session = None if film is None else club.session(film.session_id)
-    if film is None or session is None:
-        raise HTTPException(404, "There is no such film.")
-    return JSONResponse({"job": requested(club, COPY, session, str(film.id)).id})
+    film, session = film_of(request)
+    return JSONResponse({"job": requested(club_of(request), COPY, session, str(film.id)).id})
 
 
 async def enter(request: Request) -> Response:
@@ -214,17 +203,11 @@ async def enter(request: Request) -> Response:
         given["called"] = typed_call(given["called"])
     if "note" in given:
         given["note"] = "\n".join(_line(line) for line in form["note"].splitlines())
-    if given.get("made", "") not in MADE:
-        raise InputError("expected made, missed or neither")
-    if given.get("swept", "") not in ("", *SWEPT):
-        raise InputError(f"expected one of {', '.join(SWEPT)}", source="swept")
-    for what, most in LONGEST.items():
-        if len(given.get(what, "")) > most:
-            raise InputError(
-                f"has {len(given[what])} letters; at most {most} are kept", source=what
-            )
-    if given.get("hand", "right") not in [hand.value for hand in Hand]:
-        raise InputError("a hand is right or left")
+    for name, choices in CHOICES.items():
+        if given.get(name, choices[0]) not in choices:
+            raise InputError(f"expected one of {', '.join(filter(None, choices))}", source=name)
+    for name, most in LONGEST.items():
+        text_in(given, name, most)
     was = parse_json(form.get("was") or "{}", source="was")
     if not isinstance(was, dict):
         raise InputError("expected an object", source="was")
@@ -315,7 +298,7 @@ def _asked_for(request: Request) -> tuple[Session, Throw]:
     label = request.path_params["throw"]
     throw = next((one for one in throws if one.label == label), None)
     if session is None or throw is None:
-        raise HTTPException(404, "There is no such throw.")
+        raise HTTPException(404, "That throw does not exist or was removed.")
     return session, throw
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import msgspec
-
 from agents.app.club import Club, Session
 from agents.app.club.club import DISCOVERY, digest_of_file
 from agents.app.sheet.ice_sheet import Centre, centre_of
@@ -66,16 +64,13 @@ def centre_of_session(club: Club, session: Session, *, only_kept: bool = False) 
     ----------
     only_kept : return nothing rather than work
     """
-    digest = digest_of_file(club.ice_of(session))
-    of, _, kept = session.draws.partition(" ")
-    if not digest or of == digest:
-        return msgspec.json.decode(kept, type=Centre | None) if digest else None
-    if only_kept:
-        return None
-    centre = centre_of(load_ice(club.ice_of(session)))
-    text = f"{digest} {msgspec.json.encode(centre).decode()}"
-    club.change("session", session.id, draws=text)
-    return centre
+    name, digest = f"draws {session.id}", digest_of_file(club.ice_of(session))
+    kept, of = club.answer(name, list[Centre]) or ([], "")
+    if digest and of != digest and not only_kept:
+        centre = centre_of(load_ice(club.ice_of(session)))
+        kept, of = [] if centre is None else [centre], digest
+        club.keep_answer(name, of, kept)
+    return kept[0] if digest and of == digest and kept else None
 
 
 def season_of(club: Club, session: Session) -> list[tuple[Session, Centre]]:

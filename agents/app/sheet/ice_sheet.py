@@ -11,6 +11,7 @@ import numpy as np
 
 from agents.app.sheet.forms import rounded
 from agents.coaching.lane_draws import LANES, LaneDraw, lane_draws
+from curling_env.analysis.ice_remarks import NO_CURL as NO_CURL_COMMAND
 from curling_env.analysis.ice_remarks import (
     assumption_remark,
     believed_effects,
@@ -48,16 +49,21 @@ LANE_NAMES = dict(
 MOSTLY_SEEN = 0.7
 """Share of a path over measured ice from which its numbers are reported as measured."""
 
+NO_CURL = (
+    "this ice was estimated without effects, so no stone curls on it: estimate it again on the "
+    "page Practice"
+)
 SAME_WEIGHT = 0.05
 """Change of the time between the hog lines that no one feels [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Centre:
-    """Draws to the tee of both ends: mean time [s] and ice of either handle [m], with errors."""
+    """Draws to the tee, with errors: mean time [s], time to each end [s], ice by handle [m]."""
 
     seconds: float
     seconds_sigma: float
+    ends: dict[str, tuple[float, float]]
     ice: dict[str, tuple[float, float]]
 
 
@@ -147,7 +153,14 @@ def _centre(draws: Sequence[LaneDraw]) -> Centre | None:
     own = [d for d in draws if d.lane == 0.0 and d.description.hog_to_hog_s is not None]
     if not own:
         return None
-    seconds = [d.description.hog_to_hog_s or 0.0 for d in own]
+
+    def time(some: Sequence[LaneDraw]) -> tuple[float, float]:
+        return (
+            float(np.mean([d.description.hog_to_hog_s or 0.0 for d in some])),
+            float(np.mean([d.seconds_sigma or 0.0 for d in some])),
+        )
+
+    ends = {end.name.lower(): [d for d in own if d.direction is end] for end in Direction}
     ice: dict[str, tuple[float, float]] = {}
     for handle in ("in-turn", "out-turn"):
         those = [d for d in own if d.description.right_hander == handle]
@@ -156,34 +169,46 @@ def _centre(draws: Sequence[LaneDraw]) -> Centre | None:
                 float(np.mean([d.description.ice_m for d in those])),
                 float(np.mean([d.ice_sigma or 0.0 for d in those])),
             )
+    seconds, sigma = time(own)
     return Centre(
-        seconds=float(np.mean(seconds)),
-        seconds_sigma=float(np.mean([d.seconds_sigma or 0.0 for d in own])),
+        seconds=seconds,
+        seconds_sigma=sigma,
+        ends={end: time(some) for end, some in ends.items() if some},
         ice=ice,
     )
 
 
 def compared_in_words(centre: Centre | None, then: Centre | None) -> str:
-    """Compare two ices by draws to the tee: weight, and the ice to give."""
-    if centre is None or then is None:
+    """Compare two ices by draws to the tee: weight towards each end, and the ice to give."""
+    ends = centre.ends.keys() & then.ends.keys() if centre is not None and then is not None else ()
+    if centre is None or then is None or not ends:
         return "no draw comes to rest on one of the two"
-    change = centre.seconds - then.seconds
-    error = max(SIGMAS * float(np.hypot(centre.seconds_sigma, then.seconds_sigma)), 0.01)
-    # A stone of the same speed slides as much further as the friction is less.
-    carry = 2 * change / then.seconds * (TEE_Y + HOG_LINE_Y)
-    far = f"a stone of the same speed {short_length(carry)} {'further' if carry > 0 else 'shorter'}"
-    longer = f"{abs(change):.2f} s {'longer' if change > 0 else 'shorter'} hog to hog, {far}"
-    words = ["of the same weight"]
-    if abs(change) > max(error, SAME_WEIGHT):
-        words = [f"{'keener' if change > 0 else 'heavier'} today: {longer}"]
-    elif abs(change) >= SAME_WEIGHT:
-        words = [f"no clear change: {longer}, ± {error:.2f} s"]
+    changes = {end: _weight_in_words(centre.ends[end], then.ends[end]) for end in sorted(ends)}
+    if len({*changes.values()}) == 1:
+        words = [*changes.values()][:1]
+    else:
+        words = [f"to the {end} end {change}" for end, change in changes.items()]
     for handle in sorted(centre.ice.keys() & then.ice.keys()):
         (now, a), (before, b) = centre.ice[handle], then.ice[handle]
         if abs(now - before) > max(SIGMAS * float(np.hypot(a, b)), 0.1):
             more = "more" if now > before else "less"
             words.append(f"{short_length(now - before)} {more} ice for the {handle}")
     return "; ".join(words)
+
+
+def _weight_in_words(now: tuple[float, float], then: tuple[float, float]) -> str:
+    """Compare two draw weights, each with its error [s]."""
+    change = now[0] - then[0]
+    error = max(SIGMAS * float(np.hypot(now[1], then[1])), 0.01)
+    if abs(change) < SAME_WEIGHT:
+        return "of the same weight"
+    # A stone of the same speed slides as much further as the friction is less.
+    carry = 2 * change / then[0] * (TEE_Y + HOG_LINE_Y)
+    far = f"a stone of the same speed {short_length(carry)} {'further' if carry > 0 else 'shorter'}"
+    longer = f"{abs(change):.2f} s {'longer' if change > 0 else 'shorter'} hog to hog, {far}"
+    if abs(change) <= error:
+        return f"no clear change: {longer}, ± {error:.2f} s"
+    return f"{'keener' if change > 0 else 'heavier'} today: {longer}"
 
 
 def change_of_maps(now: Ice, then: Ice) -> dict[str, Any] | None:
@@ -201,4 +226,5 @@ def change_of_maps(now: Ice, then: Ice) -> dict[str, Any] | None:
 
 
 def _remarks(ice: Ice) -> list[str]:
-    return missing_effect_remarks(ice) + [assumption_remark(name) for name in believed_effects(ice)]
+    missing = [NO_CURL if one == NO_CURL_COMMAND else one for one in missing_effect_remarks(ice)]
+    return missing + [assumption_remark(name) for name in believed_effects(ice)]

@@ -52,7 +52,7 @@ changes.addEventListener("change", () => { showRefused(); show(latest); });
 const STATES = {
   waiting: "waiting",
   running: "being tracked",
-  again: "tracked with other marks; to be tracked again",
+  again: "tracked with other marks; will be tracked again",
   failed: "not tracked",
   cancelled: "cancelled",
 };

@@ -123,14 +123,23 @@ export class Sheet extends EventTarget {
   fit() {
     const box = this.svg.getBoundingClientRect();
     if (!box.width || !box.height) return;
-    const wide = this.printing || box.width > 1.1 * box.height, d = this.direction;
-    const s = this.stretch[wide ? 0 : 1];
+    const wide = this.printing || box.width > 1.1 * box.height;
     if (this.wide !== wide) this.zoomed = false;
     this.wide = wide;
-    // Across and along become right and up, or down and right; what is right stays on the right.
-    this.world.setAttribute("transform", wide ? `matrix(0 ${d * s} ${d} 0 0 0)` : `matrix(${d * s} 0 0 ${-d} 0 0)`);
+    this.turn();
     if (!this.zoomed) this.show(this.view);
     else this.sized();
+  }
+
+  /** By how much the sheet is drawn wider than it is; a house is drawn round. */
+  get widened() {
+    return this.view === "whole" ? this.stretch[this.wide ? 0 : 1] : 1;
+  }
+
+  /** Across and along become right and up, or down and right; what is right stays on the right. */
+  turn() {
+    const d = this.direction, s = this.widened;
+    this.world.setAttribute("transform", this.wide ? `matrix(0 ${d * s} ${d} 0 0 0)` : `matrix(${d * s} 0 0 ${-d} 0 0)`);
   }
 
   /** Show "house", "whole" or {from, to} along the way of play. */
@@ -138,9 +147,10 @@ export class Sheet extends EventTarget {
     this.zoomed = false;
     this.svg.classList.remove("zoomed");
     this.view = view;
+    this.turn();
     const [from, to] = view === "whole" ? [-this.length / 2, this.length / 2]
       : view === "house" ? [HOG - 0.9, BACK + 0.7] : [view.from, view.to];
-    const half = (this.width / 2 + 0.08) * this.stretch[this.wide ? 0 : 1];
+    const half = (this.width / 2 + 0.08) * this.widened;
     this.window = this.wide ? { x: from, y: -half, w: to - from, h: 2 * half }
       : { x: -half, y: -to, w: 2 * half, h: to - from };
     this.apply();

@@ -61,7 +61,7 @@ export function show(found) {
   if (found.habit) words.push(element("p", { class: "lead" }, found.habit));
   if (found.sweep) words.push(element("p", {}, `Swept from ${found.sweep[0].toFixed(0)} to ${found.sweep[1].toFixed(0)} s.`));
   if (found.miss?.by_the_ice_m != null) words.push(element("p", { class: "small quiet" },
-    `The hand alone misses by ${length(found.miss.by_the_hand_m)}, what is not known of the ice by ${length(found.miss.by_the_ice_m)}.`));
+    `Alone, the hand misses by ${length(found.miss.by_the_hand_m)}, and the uncertainty of the ice by ${length(found.miss.by_the_ice_m)}.`));
   if (found.costs?.length) words.push(element("h2", {}, "What errors cost"),
     element("ul", {}, ...found.costs.map((cost) => element("li", {}, cost.words + (found.miss || cost.success ? "" : " – and it fails")))));
   if (!found.cloud && !found.costs) words.push(element("p", {}, endOf(found)));
@@ -93,5 +93,5 @@ export function planIt() {
   sheet.aim(state.target);
   keep();
   const json = { ice: state.ice, skill: state.skill, target: state.target, stones: asOwn(lying()), hit: state.hit, handle: state.handle };
-  post("throw/plan", json, (found) => { say(found.expectation ? `${upper(found.expectation)}.` : ""); show(found); });
+  post("throw/plan", json, (found) => { say([found.expectation && `${upper(found.expectation)}.`, found.habit].filter(Boolean).join(" ")); show(found); });
 }

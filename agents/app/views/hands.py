@@ -35,6 +35,11 @@ def hands_of(
     reach = 1.1 * np.max([np.abs(points).max(axis=0) for _, points in shown], axis=0)
     known = [one.seconds_per_speed for one in errors if one.seconds_per_speed is not None]
     each = float(np.median(known)) if known else None
+    over = [
+        (f"{session.name}, {session.day}", own)
+        for session in sessions
+        for own in _kept_errors(club, session)
+    ]
     return [
         {
             "name": one.name,
@@ -42,7 +47,7 @@ def hands_of(
             "rows": athletes_rows([one]),
             "sentence": _sentence(one),
             "picture": _picture(one, points, np.maximum(reach, (0.1, 0.01)), each),
-            "over": _over_sessions(club, one.name, sessions),
+            "over": _over_sessions([(about, own) for about, own in over if own.name == one.name]),
         }
         for one, points in shown
     ]
@@ -96,14 +101,15 @@ def _picture(
     }
 
 
-def _over_sessions(club: Club, name: str, sessions: Sequence[Session]) -> Any:
-    """Return an athlete's errors in each session as rows, the latest first; None for one alone."""
-    found: list[AthleteErrors] = []
-    for session in sessions:
-        try:
-            errors, _ = errors_of(club, [session], only_kept=True)
-        except ComingError:
-            continue
-        about = f"{session.name}, {session.day}"
-        found += [replace(one, name=about, groups=()) for one in errors if one.name == name]
+def _kept_errors(club: Club, session: Session) -> list[AthleteErrors]:
+    """Return the errors of athletes in a session; nothing while they are not known."""
+    try:
+        return errors_of(club, [session], only_kept=True)[0]
+    except ComingError:
+        return []
+
+
+def _over_sessions(errors: Sequence[tuple[str, AthleteErrors]]) -> Any:
+    """Return an athlete's errors by session as rows, the latest first; None for one alone."""
+    found = [replace(one, name=about, groups=()) for about, one in errors]
     return athletes_rows(found) if len(found) > 1 else None

@@ -6,6 +6,7 @@ import asyncio
 import json
 import re
 from collections.abc import AsyncIterator, Callable, Collection
+from threading import Event
 from typing import Any
 
 from starlette.concurrency import run_in_threadpool
@@ -22,8 +23,15 @@ from agents.app.views.throws import (
     throw_numbers,
     untracked,
 )
-from agents.app.work.jobs import CAUSES, COPY, KINDS, MEASURE, OPEN, REPORT
-from agents.app.work.queue import WorkQueue
+from agents.app.work.jobs import (
+    CAUSES,
+    COPY,
+    KINDS,
+    OPEN,
+    REPORT,
+    jobs,
+    jobs_by_number,
+)
 from agents.coaching import ThrowSheet
 from agents.coaching.calls import shown_call
 from curling_env.units import short_length
@@ -35,29 +43,29 @@ SILENCE = 20
 """Looks without news after which something is sent all the same, to keep the line open."""
 SHOWN = 5
 """Jobs that have ended, and the latest throws, that are shown."""
-UNLISTED = (CAUSES, COPY, MEASURE, REPORT)
+UNLISTED = (CAUSES, COPY, REPORT)
 """Work that a page begins, and whose end that page shows."""
 
 
-def events(club: Club, work: WorkQueue, session: Session) -> AsyncIterator[str]:
+def events(club: Club, closed: Event, session: Session) -> AsyncIterator[str]:
     """Server-sent events: the state of a session whenever it has changed."""
-    return _watch(work, lambda: (state_of(club, work, session), False))
+    return _watch(closed, lambda: (state_of(club, session), False))
 
 
-def job_events(work: WorkQueue, numbers: Collection[int]) -> AsyncIterator[str]:
+def job_events(club: Club, closed: Event, numbers: Collection[int]) -> AsyncIterator[str]:
     """Server-sent events: how far some work is, until all of it has ended."""
 
     def look() -> tuple[Any, bool]:
-        jobs = work.those(numbers)
-        return [job_in_words(job) for job in jobs], all(job.state not in OPEN for job in jobs)
+        found = jobs_by_number(club, numbers)
+        return [job_in_words(job) for job in found], all(job.state not in OPEN for job in found)
 
-    return _watch(work, look)
+    return _watch(closed, look)
 
 
-async def _watch(work: WorkQueue, look: Callable[[], tuple[Any, bool]]) -> AsyncIterator[str]:
+async def _watch(closed: Event, look: Callable[[], tuple[Any, bool]]) -> AsyncIterator[str]:
     """Yield the state whenever it has changed, until nothing more is to come."""
     sent, silent, ended = "", 0, False
-    while not (ended or work.closed.is_set()):
+    while not (ended or closed.is_set()):
         seen, ended = await run_in_threadpool(look)
         state, silent = json.dumps(seen), silent + 1
         if state != sent:
@@ -70,16 +78,16 @@ async def _watch(work: WorkQueue, look: Callable[[], tuple[Any, bool]]) -> Async
             await asyncio.sleep(PAUSE)
 
 
-def state_of(club: Club, work: WorkQueue, session: Session) -> dict[str, Any]:
+def state_of(club: Club, session: Session) -> dict[str, Any]:
     """Films, work and the latest throws of a session, for JSON."""
     session = club.session(session.id) or session
     throws, camera = club.throws(session), club.camera(session.camera_id)
     films = club.films(session)
     again = {film.id for film in films if has_other_marks(club, session, film)}
     seen = [one.film_id for one in throws]
-    jobs, live = work.jobs(session), sheet_seen_live(club, session)
-    open_jobs = [job for job in jobs if job.state in OPEN]
-    ended = [job for job in jobs if job.state not in OPEN and job.kind not in UNLISTED][:SHOWN]
+    work, live = jobs(club, session), sheet_seen_live(club, session)
+    open_jobs = [job for job in work if job.state in OPEN]
+    ended = [job for job in work if job.state not in OPEN and job.kind not in UNLISTED][:SHOWN]
     return {
         "camera": None if camera is None else {"name": camera.name, "marked": bool(camera.scene)},
         "films": [

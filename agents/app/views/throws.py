@@ -22,9 +22,9 @@ COLUMNS = (
     ("Back line to hog", "from the back line to the hog line at the thrower's end"),
     ("Hog to hog", "from hog line to hog line"),
     ("Hog to tee", "from the first hog line to the tee played to"),
-    ("Line", "where it was sent, against the broom that was called, or from the centre line"),
-    ("Turns", "full turns from the hog line until it rested"),
-    ("Curl", "how far from the line of delivery it came to rest"),
+    ("Line", "the line of delivery, from the called broom, or else from the centre line"),
+    ("Turns", "full turns from the hog line to the rest"),
+    ("Curl", "distance of the rest from the line of delivery"),
     ("Rest", "past or short of the tee"),
     ("Beside", "right or left of the centre line, as the thrower sees it"),
 )

@@ -43,7 +43,7 @@ class ComingError(CurlingError):
     """
 
     def __init__(self, jobs: list[Job]) -> None:
-        super().__init__("this is being worked out, and is there in a moment")
+        super().__init__("this is being computed; it appears as soon as it is ready")
         self.jobs = jobs
 
 
@@ -138,13 +138,13 @@ def work_out(club: Club, session: Session, progress: Reported, given: str = "") 
     club.keep_answer(_name(session, believed), digest, kept)
 
 
-def digest_of(club: Club, session: Session, believed: Session | None) -> str:
-    """A digest of all that the answer follows from."""
+def digest_of(club: Club, session: Session, believed: Session | None, *more: str) -> str:
+    """A digest of all that an answer follows from: files, this version, and further texts."""
     folder = club.folder_of(session)
     paths = [folder / name for name in (TRACKS, ICE, THROW_LIST, HANDS_LIST)]
     if believed is not None:
         paths.append(club.ice_of(believed))
-    digests = ["with stones", version("curling-sheet"), *(digest_of_file(path) for path in paths)]
+    digests = [version("curling-sheet"), *(digest_of_file(path) for path in paths), *more]
     return hashlib.sha256(" ".join(digests).encode()).hexdigest()[:16]
 
 

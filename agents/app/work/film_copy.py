@@ -40,7 +40,7 @@ def do_copy(club: Club, session: Session, progress: Reported, given: str = "") -
     """
     film = club.film(int(given)) if given.isdecimal() else None
     if film is None:
-        raise InputError("that film is not there")
+        raise InputError("that film does not exist or was removed")
     path = copy_of(club, film)
     if path.exists():
         return
@@ -72,4 +72,4 @@ def smaller(
             if k % every == 0:
                 small = cv2.resize(frame, (width, height), interpolation=cv2.INTER_AREA)
                 writer.write(np.asarray(small, dtype=np.uint8), t)
-            progress("turning the film into one that browsers play", t, film.duration)
+            progress("converting the film for browsers", t, film.duration)

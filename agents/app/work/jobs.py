@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
+from collections.abc import Collection
 from importlib import import_module
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from agents.app.club.records import State
 from curling_env.errors import CurlingError
 from curling_env.units import shown_in
 
-CAUSES, COPY, MEASURE, REPORT = "causes", "copy", "measure", "report"
+CAUSES, COPY, REPORT = "causes", "copy", "report"
 """Kinds of work that a page requests when someone looks at it."""
 OPEN = (State.WAITING, State.RUNNING)
 """States of work that has not ended."""
@@ -47,6 +48,35 @@ def submit(club: Club, kind: str, session: Session, given: str = "") -> Job:
     return found
 
 
+def jobs(club: Club, session: Session | None = None) -> list[Job]:
+    """Return the work on a session, or all, the latest first."""
+    number = None if session is None else session.id
+    query = "select * from job where coalesce(session_id = ?, true) order by id desc"
+    return club.database.rows(Job, query, number)
+
+
+def jobs_by_number(club: Club, numbers: Collection[int]) -> list[Job]:
+    """Return work by its numbers, the latest first."""
+    marks = ", ".join("?" * len(numbers))
+    query = f"select * from job where id in ({marks}) order by id desc"
+    return club.database.rows(Job, query, *numbers)
+
+
+def cancel(club: Club, number: int) -> None:
+    """Cancel work; the queue stops its process. Files that it has written stay."""
+    query = "update job set state = 'cancelled', left = null where id = ? and state in (?, ?)"
+    club.database.write(query, number, *OPEN)
+
+
+def retry(club: Club, number: int) -> None:
+    """Run work again that failed or was cancelled."""
+    query = (
+        "update job set state = 'waiting', share = 0, problem = null "
+        "where id = ? and state in ('failed', 'cancelled')"
+    )
+    club.database.write(query, number)
+
+
 def running(club: Club, kind: str, session: Session) -> Job | None:
     """Return work of a kind on a session that has not ended; None if there is no such work."""
     query = (
@@ -56,41 +86,21 @@ def running(club: Club, kind: str, session: Session) -> Job | None:
     return club.database.row(Job, query, kind, session.id)
 
 
-def latest(club: Club, kind: str, session: Session, given: str) -> Job | None:
-    """The latest request for a kind of work; None if there was none."""
-    query = "select * from job where kind = ? and session_id = ? and given = ? order by id desc"
-    return club.database.row(Job, query, kind, session.id, given)
-
-
 def requested(club: Club, kind: str, session: Session, given: str) -> Job:
     """Return the latest request for work, which is made if there was none or it is done."""
-    job = latest(club, kind, session, given)
+    query = "select * from job where kind = ? and session_id = ? and given = ? order by id desc"
+    job = club.database.row(Job, query, kind, session.id, given)
     return submit(club, kind, session, given) if job is None or job.state is State.DONE else job
-
-
-def measure_all(club: Club) -> None:
-    """Request measuring of the throws that an earlier version of the program kept."""
-    with club.database.writing() as connection:
-        query = "select distinct session_id from throw where measures is null and part >= 0"
-        numbers = [row[0] for row in connection.execute(query)]
-        # The job writes their files, too: starting does not wait for it.
-        marks = ", ".join("?" * len(numbers))
-        connection.execute(f"update session set stale = 0 where id in ({marks})", numbers)
-    for number in numbers:
-        session = club.session(number)
-        if session is not None:
-            submit(club, MEASURE, session)
 
 
 KINDS = {
     "track": ("tracking", "Tracking"),
     "record": ("recording", "Recording"),
     "estimate": ("sessions", "Estimating the ice"),
-    "discover": ("sessions", "Looking for what the ice map leaves unexplained"),
-    CAUSES: ("sessions", "Working out why throws missed, and how the stones differ"),
+    "discover": ("sessions", "Looking for effects that the ice map does not explain"),
+    CAUSES: ("sessions", "Analysing why throws missed, and how the stones differ"),
     COPY: ("film_copy", "Making a copy that this browser plays"),
     REPORT: ("report", "Making a report with clips"),
-    MEASURE: ("sessions", "Measuring the throws"),
     "import": ("sessions", "Importing files"),
     "make up": ("sessions", "Making up an evening"),
 }

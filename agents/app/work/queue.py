@@ -4,31 +4,30 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Collection
 from multiprocessing import get_context
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
-from threading import Event, Lock, Thread
+from threading import Event, Thread
 
-from agents.app.club import Club, Job, Session
-from agents.app.club.database import row_of, rows_of
+from agents.app.club import Club, Job
 from agents.app.club.records import State
-from agents.app.work.jobs import CAUSES, COPY, MEASURE, REPORT, submit
+from agents.app.work.jobs import CAUSES, COPY, OPEN, REPORT
 
 MOST = 2
 """Processes at a time."""
 PAUSE = 0.25
 """Between looks at the queue [s]."""
-BESIDE = ("record", CAUSES, COPY, MEASURE, REPORT)
+BESIDE = ("record", CAUSES, COPY, REPORT)
 """Work that goes on beside other work on the same session."""
 MAX_LOSSES = 2
 """Times that work is done again whose process was ended from outside."""
+LOST = "its process was killed; the computer may be out of memory"
 GOODBYE = 5.0
 """Time that a process has to end [s]."""
 
 
 class WorkQueue:
-    """Begins the work of a club that waits, and ends it when the server ends.
+    """Runs the work that waits in a club's database, and stops when the server stops.
 
     Parameters
     ----------
@@ -40,8 +39,9 @@ class WorkQueue:
         self.closed = Event()
         self._running: dict[int, SpawnProcess] = {}
         self._losses: dict[int, int] = {}
-        self._lock = Lock()
-        club.database.write("update job set state = 'waiting' where state = 'running'")
+        with club.database.writing() as connection:
+            for table in ("job", "film"):
+                connection.execute(f"update {table} set state = 'waiting' where state = 'running'")
         self._thread = Thread(target=self._watch, daemon=True)
 
     def __enter__(self) -> WorkQueue:
@@ -51,104 +51,49 @@ class WorkQueue:
     def __exit__(self, *_: object) -> None:
         self.closed.set()
         self._thread.join()
-        with self._lock:
-            for process in self._running.values():
-                process.terminate()
-            for process in self._running.values():
-                process.join(GOODBYE)
-
-    def submit(self, kind: str, session: Session, given: str = "") -> Job:
-        """Ask for work; the same work that waits already is enough."""
-        return submit(self.club, kind, session, given)
-
-    def cancel(self, number: int) -> None:
-        """End work, or let it never begin; files that it has already written stay."""
-        with self._lock:
-            process = self._running.pop(number, None)
-            if process is not None:
-                process.terminate()
-                process.join(GOODBYE)
-                process.kill()
-            with self.club.database.writing() as connection:
-                connection.execute(
-                    "update job set state = 'cancelled', left = null "
-                    "where id = ? and state in ('waiting', 'running')",
-                    (number,),
-                )
-                connection.execute(
-                    "update film set state = 'waiting' where state = 'running' and session_id = "
-                    "(select session_id from job where id = ? and kind = 'track')",
-                    (number,),
-                )
-
-    def again(self, number: int) -> None:
-        """Begin work once more that failed or was cancelled."""
-        query = (
-            "update job set state = 'waiting', share = 0, problem = null "
-            "where id = ? and state in ('failed', 'cancelled')"
-        )
-        self.club.database.write(query, number)
-
-    def those(self, numbers: Collection[int]) -> list[Job]:
-        """Work by its numbers."""
-        marks = ", ".join("?" * len(numbers))
-        query = f"select * from job where id in ({marks}) order by id desc"
-        return self.club.database.rows(Job, query, *numbers)
-
-    def jobs(self, session: Session | None = None) -> list[Job]:
-        """Work of a session, or of all, the latest first."""
-        if session is None:
-            return self.club.database.rows(Job, "select * from job order by id desc")
-        query = "select * from job where session_id = ? order by id desc"
-        return self.club.database.rows(Job, query, session.id)
-
-    # --- the processes ---------------------------------------------------------------------------
+        for process in self._running.values():
+            process.terminate()
+        for process in self._running.values():
+            process.join(GOODBYE)
 
     def _watch(self) -> None:
         while not self.closed.wait(PAUSE):
-            with self._lock:
-                self._reap()
-                self._begin()
+            self._end()
+            self._begin()
 
-    def _reap(self) -> None:
+    def _end(self) -> None:
+        """Stop processes whose work was cancelled, and repeat work whose process was killed."""
         for number, process in list(self._running.items()):
-            if process.is_alive():
+            is_alive = process.is_alive()  # first: it reports its end before it ends
+            job = self.club.database.row(Job, "select * from job where id = ?", number)
+            is_running = job is not None and job.state is State.RUNNING
+            if is_alive and is_running:
                 continue
+            process.terminate()
+            process.join(GOODBYE)
+            process.kill()
             del self._running[number]
-            with self.club.database.writing() as connection:
-                job = row_of(connection, Job, "select * from job where id = ?", (number,))
-                if job is None or job.state is not State.RUNNING:
-                    continue  # it has reported its end
+            if is_running:
                 self._losses[number] = self._losses.get(number, 0) + 1
-                again = self._losses[number] <= MAX_LOSSES
-                connection.execute(
-                    "update job set state = ?, problem = ?, left = null where id = ?",
-                    ("waiting", None, number)
-                    if again
-                    else ("failed", "its process was ended; the machine may lack memory", number),
+                change: dict[str, object] = {"state": State.WAITING, "left": None}
+                if self._losses[number] > MAX_LOSSES:
+                    change |= {"state": State.FAILED, "problem": LOST}
+                self.club.change("job", number, **change)
+            elif job is not None and job.kind == "track":
+                query = (
+                    "update film set state = 'waiting' where state = 'running' and session_id = ?"
                 )
+                self.club.database.write(query, job.session_id)
 
     def _begin(self) -> None:
-        if len(self._running) >= MOST:
-            return
-        with self.club.database.reading() as connection:
-            waiting = rows_of(
-                connection,
-                Job,
-                "select * from job where state = 'waiting' order by id",
-            )
-            running = connection.execute(
-                "select session_id, kind from job where state = 'running'"
-            ).fetchall()
-            busy = {row["session_id"] for row in running if row["kind"] not in BESIDE}
-        for job in waiting:
-            if len(self._running) >= MOST:
-                return
-            if job.kind in BESIDE:
+        query = "select * from job where state in (?, ?) order by state, id"  # running ones first
+        busy: set[int] = set()
+        for job in self.club.database.rows(Job, query, *OPEN):
+            is_free = job.kind in BESIDE or job.session_id not in busy
+            if job.state is State.WAITING and is_free and len(self._running) < MOST:
                 self._start(job)
-            elif job.session_id not in busy:
+            if job.kind not in BESIDE:
                 busy.add(job.session_id)
-                self._start(job)
 
     def _start(self, job: Job) -> None:
         self.club.change("job", job.id, state=State.RUNNING, problem=None)

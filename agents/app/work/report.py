@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import hashlib
 from collections.abc import Iterable
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,21 +12,18 @@ import cv2
 import numpy as np
 
 from agents.app.club import Athlete, Club, Session
-from agents.app.club.club import ICE, TRACKS, digest_of_file
 from agents.app.rendering import rendered
 from agents.app.views.hands import hands_of
 from agents.app.views.throws import leaderboard, missed_by, points_of, sheets_of, throw_numbers
-from agents.app.work.causes import ComingError, errors_of, sessions_with_causes
+from agents.app.work.causes import ComingError, digest_of, errors_of, sessions_with_causes
 from agents.app.work.film_copy import smaller
 from agents.app.work.jobs import Reported
 from agents.coaching import ThrowSheet
 from agents.coaching.calls import shown_call
-from agents.coaching.throw_sheet import HANDS_LIST
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.storage import write_text
 from curling_env.infrastructure.files.writing import make_directory
 from friction_estimation.film.video import Film
-from friction_estimation.tracks.throw_list import THROW_LIST
 
 WIDEST, QUALITY, EVERY = 480, 30.0, 2
 """Clips: their width [px], compression, and which of the frames they have."""
@@ -39,10 +35,8 @@ AFTER = 2.0
 
 def report_path(club: Club, session: Session, athlete: Athlete) -> Path:
     """The file of a report as throws, calls and ice are now; it may not be there yet."""
-    folder = club.folder_of(session)
-    digests = [digest_of_file(folder / name) for name in (TRACKS, ICE, THROW_LIST, HANDS_LIST)]
-    of = hashlib.sha256(" ".join([*digests, club.units]).encode()).hexdigest()[:12]
-    return folder / "reports" / f"{athlete.id}-{of}.html"
+    of = digest_of(club, session, None, club.units)
+    return club.folder_of(session) / "reports" / f"{athlete.id}-{of}.html"
 
 
 def do_report(club: Club, session: Session, progress: Reported, given: str = "") -> None:

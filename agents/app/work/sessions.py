@@ -1,4 +1,4 @@
-"""Work on the throws of a session: files in, measurements, its ice, effects, causes of misses."""
+"""Work on the throws of a session: files in, its ice, effects, causes of misses."""
 
 from __future__ import annotations
 
@@ -6,17 +6,11 @@ from pathlib import Path
 
 from agents.app.club import Club, Session
 from agents.app.club.club import DISCOVERY, digest_of_file
-from agents.app.club.session_files import write_files
 from agents.app.work.causes import prepare
 from agents.app.work.jobs import Reported
 from curling_env.infrastructure.files.writing import make_directory, together
 from curling_env.infrastructure.provenance import provenance
 from friction_estimation.tracks.throw_list import load_tracks
-
-
-def do_measure(club: Club, session: Session, progress: Reported, given: str = "") -> None:
-    """Measure the throws of a session that an earlier version of the program kept."""
-    write_files(club, session)
 
 
 def do_import(club: Club, session: Session, progress: Reported, given: str = "") -> None:

@@ -90,7 +90,7 @@ def _track_film(club: Club, session: Session, film: Film, scene: Scene, progress
         scene,
         checkpoints=checkpoints,
         cameras=SharedCameras(keep=True),
-        left_out=lambda why: remarks.append(f"left out: {why}"),
+        left_out=lambda why: remarks.append(f"not used: {why}"),
         progress=progress,
     ):
         found.append(one)
@@ -101,7 +101,9 @@ def _track_film(club: Club, session: Session, film: Film, scene: Scene, progress
         moved = 0.0 if one.found is None else one.found.moved_px
         if moved:
             far = f"by {moved:.1f} px" if moved < 100 else "far"
-            remarks.append(f"the camera had moved {far} since it was marked, and was solved again")
+            remarks.append(
+                f"the camera has moved {far} since it was marked; its position was corrected"
+            )
     if found and (again or len(found) <= least):
         keep()
     checkpoints.delete()

@@ -80,7 +80,7 @@ class ShotNetwork:
 
         Raises
         ------
-        InputError : no such file, or not such a network
+        InputError : a missing file, or another kind of network
         """
         return cls.of_document(read_model(path), path)
 

@@ -26,7 +26,7 @@ class LearnedPlayer(Player):
 
     Raises
     ------
-    InputError : not such a network
+    InputError : another kind of network
     """
 
     name = "learned"

@@ -131,7 +131,7 @@ def load_network(path: Path | None = None) -> ValueNetwork:
 
     Raises
     ------
-    InputError : no such file, or not such a network
+    InputError : a missing file, or another kind of network
     """
     if path is not None:
         return network_from(read_model(path), path)

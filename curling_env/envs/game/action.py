@@ -22,9 +22,9 @@ from curling_env.typing import Floats, Singles
 Sweeping = Literal["none", "scripted", "action"]
 Choices = Literal["rule", "action"]
 LONGEST_SWEEP = 30.0
-"""Latest begin and longest length of sweeping in an action [s]; a draw takes less."""
+"""Maximum start and duration of sweeping in an action [s]; a draw takes less."""
 CONCEDE_ABOVE = 0.9
-"""A decision number above this concedes the game: random actions seldom do."""
+"""Minimum decision number of a concession: random actions seldom exceed it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +48,7 @@ class TeamDecisions:
 
 
 class FollowsDecisions(Player):
-    """A player that follows given decisions; it is not asked for throws."""
+    """Player that follows given decisions; it is not asked for throws."""
 
     def __init__(self, decisions: TeamDecisions) -> None:
         self._decisions = decisions
@@ -70,7 +70,7 @@ class FollowsDecisions(Player):
 
 
 class GameAction:
-    """Converts between actions and calls.
+    """Converter between actions and calls.
 
     Parameters
     ----------
@@ -101,9 +101,9 @@ class GameAction:
         return box
 
     def call_of(self, action: ArrayLike, view: PlayerView | None = None) -> Call:
-        """The call an action means; numbers beyond ±1 are taken as ±1.
+        """Return the call of an action; numbers beyond ±1 are clipped.
 
-        The position, which `view` shows, does not matter to it.
+        It does not depend on the position in `view`.
 
         Raises
         ------
@@ -114,7 +114,7 @@ class GameAction:
     def calls_of(
         self, actions: Sequence[ArrayLike], view: Callable[[int], PlayerView] | None = None
     ) -> list[Call]:
-        """The calls that many actions mean, as by `call_of`."""
+        """Return the calls of many actions, as by `call_of`."""
         numbers = self._numbers(actions, count=len(actions))
         sweeps: list[Any] = [None] * len(numbers)
         if self.sweeping == "action":
@@ -128,7 +128,7 @@ class GameAction:
         ]
 
     def decisions_of(self, action: ArrayLike) -> TeamDecisions | None:
-        """The decisions in an action; None where they are not part of it.
+        """Return the decisions in an action; None if it has none.
 
         Raises
         ------
@@ -155,7 +155,7 @@ class GameAction:
         return given
 
     def action_of(self, call: Call, decisions: TeamDecisions | None = None) -> Singles:
-        """The action that means a call and decisions; clipped where it is out of range."""
+        """Return the action of a call and decisions, clipped to its range."""
         parts = [self.throws.action_of(call.throw)]
         if self.sweeping == "action":
             begin, end = call.sweep or (0.0, 0.0)

@@ -1,7 +1,7 @@
-"""Deliveries in many ends, simulated together where they share an ice that does not wear.
+"""Deliveries in many ends, simulated together if they share an ice that does not wear.
 
-Before stones touch, ends are those that the engine plays, to a tenth of a millimetre; contacts
-multiply what is left. Shots have no contacts and no paths.
+Before the first contact, ends agree with the engine to a tenth of a millimetre; contacts magnify
+the difference. Shots have no contacts and no paths.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ def play_together(
 ) -> Sequence[tuple[GameState, PlayedShot]]:
     """Play one delivery in each of some ends, in all of which the same team throws.
 
-    Where stones wear the ice, or every game has its own set of stones, no two ends share an ice:
-    they are played one after another by the engine.
+    If stones wear the ice, or every game has its own set of stones, no two ends share an ice: they
+    are played one after another by the engine.
 
     Raises
     ------
@@ -61,8 +61,8 @@ def play_together(
 def _play_on_one_ice(
     ends_now: Sequence[End], calls: Sequence[Call]
 ) -> Sequence[tuple[GameState, PlayedShot]]:
-    # Thousands of objects that live for a step cost more in the garbage collector than the throws
-    # do, so that what concerns all ends is kept in arrays.
+    # Thousands of objects that live for a step cost more in the garbage collector than the throws,
+    # so data of all ends is in arrays.
     ice = ends_now[0].ice
     simulator, states = ice.simulator, [end.state for end in ends_now]
     ends = [end for state in states if (end := state.game.end) is not None]
@@ -112,10 +112,10 @@ def _next_stone(end: GameEnd) -> int:
 
 
 class Lying(NamedTuple):
-    """The stones that lie in many ends in which the same team throws next.
+    """Stones on the sheet in many ends in which the same team throws next.
 
     A stone keeps its column, so that its identifier follows from the column in every end. The last
-    stone of the team that throws lies in none: fifteen columns are enough.
+    stone of the throwing team is not on the sheet: fifteen columns are enough.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ class Lying(NamedTuple):
 
 
 def lying_in(ends: Sequence[GameEnd]) -> Lying:
-    """The stones that lie in many ends."""
+    """Return the stones on the sheet in many ends."""
     identifiers = [
         STONES_PER_TEAM * team + number for end in ends for team, number, _, _ in end.stones
     ]
@@ -166,7 +166,7 @@ def sweeps_of(
 
 
 class Deliveries(NamedTuple):
-    """Deliveries in many ends that were simulated together.
+    """Deliveries in many ends, simulated together.
 
     Parameters
     ----------
@@ -193,13 +193,13 @@ class Deliveries(NamedTuple):
 
 
 class BatchShot(PlayedShot):
-    """A delivery in one of many ends; its outcome has no contacts and no paths.
+    """Delivery in one of many ends; its outcome has no contacts and no paths.
 
-    Most of it is made from the deliveries on first access, which is rare.
+    Most of it is computed from the deliveries on first access, which is rare.
     """
 
     def __init__(self, deliveries: Deliveries, row: int, end: GameEnd, ruling: Ruling) -> None:
-        put = object.__setattr__  # the class is frozen, and `vars` would make a dictionary
+        put = object.__setattr__  # the class is frozen, and `vars` would create a dictionary
         put(self, "team", end.to_throw)
         put(self, "ruling", ruling)
         put(self, "_deliveries", deliveries)
@@ -222,7 +222,7 @@ class BatchShot(PlayedShot):
 
 
 def _whole(shot: PlayedShot) -> PlayedShot:
-    """A delivery that is all there."""
+    """Return the complete delivery."""
     return PlayedShot(**{part.name: getattr(shot, part.name) for part in fields(PlayedShot)})
 
 

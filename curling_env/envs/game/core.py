@@ -51,11 +51,11 @@ RulesOption = str | RuleSet | Mapping[str, Any]
 DeliveryOption = str | Delivery | Mapping[str, Any]
 
 DIRECTION = direction_of(0)
-"""The end played to in the first end of a game."""
+"""End of the sheet played to in the first end of a game."""
 
 
 class GameIce:
-    """The ice of a game, with what plays on it and what makes the observations.
+    """Ice of a game, with its simulator and its maker of observations.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class GameIce:
 
 
 class GameCore:
-    """The options that both environments of games have, and their rules.
+    """Common options and rules of both environments of games.
 
     Parameters
     ----------
@@ -119,12 +119,13 @@ class GameCore:
             "ice_evolution": evolution,
             "sweeping": is_swept,
             "delivery": delivery_from(delivery),
-            # The tolerance of ends that are simulated together, so that both play the same ends.
+            # The tolerance of ends that are simulated together, so that both give the same ends.
             "tolerance": QUICK_TOLERANCE,
         }
         self._observation: GameObservation | None = None
         self._kind: ObservationKind = observation
-        # How the ice will change is observed; the stones' own factors are drawn for every game.
+        # The future change of the ice is observed; the stones' own factors are drawn for every
+        # game.
         lasting = replace(evolution, stone_spread=0.0)
         observed = partial(ice_for_game, evolution=lasting, seed=0, sweeping=is_swept)
         self.ices = EpisodeIces(ice, known_ice, ices, make=self._on, observed=observed)
@@ -136,9 +137,7 @@ class GameCore:
         )
         with_shots = one_of("actions", actions, ("throws", "shots")) == "shots"
         if with_shots and "action" in (sweeping, choices):
-            raise InputError(
-                "shots have no sweeping and no choices; those are for actions='throws'"
-            )
+            raise InputError("sweeping and choices as actions need actions='throws', got 'shots'")
         self.action: GameAction | ShotActions = ShotActions() if with_shots else throws
         self.weights = dataclass_from(
             GameRewardWeights, "weights", GameRewardWeights() if weights is None else weights
@@ -153,18 +152,18 @@ class GameCore:
         return GameIce(simulator, self._observation)
 
     def action_of(self, call: Call) -> Singles:
-        """The action that means a call; clipped where it is out of range."""
+        """Return the action of a call, clipped to the range."""
         return self.action.action_of(call)
 
     def observation_of(self, view: PlayerView) -> Any:
-        """Return the observation of a team that has this view, on the ice as it takes it."""
+        """Return the observation of a team with this view, on its known ice."""
         seen = self._observation or self.usual.observation
         if view.ice is not seen.known.ice:
             self._observation = seen = seen.on(self.ices.known_as(view.ice))
         return seen.of_view(view)
 
     def checked_state(self, state: Any) -> GameState:
-        """A state to go on from.
+        """Check a state to continue from.
 
         Raises
         ------
@@ -177,23 +176,25 @@ class GameCore:
         return state
 
     def value(self, game: Game, team: Team) -> float:
-        """The potential of a game to a team; 0 without that option."""
+        """Return the potential of a game to a team; 0 without that option."""
         return self.potential.value(game, team) if self.potential else 0.0
 
     def with_potential(
         self, parts: GameRewardParts, before: float, game: Game, team: Team
     ) -> GameRewardParts:
-        """The parts of a reward with the rise of the potential from `before` to that of a game."""
+        """Return the parts of a reward with the rise of the potential from `before` to that of a
+        game.
+        """
         if not self.potential:
             return parts
         return replace(parts, potential=self.potential.rise(before, game, team))
 
     def mask(self, view: PlayerView) -> NDArray[np.int8]:
-        """The shots that a team has, 1 or 0 each.
+        """Return which shots are available to a team, 1 or 0 each.
 
         Raises
         ------
-        InputError : actions are throws, all of which there always are
+        InputError : actions are throws, which are always available
         """
         if not isinstance(self.action, ShotActions):
             raise InputError("only shots have a mask: make the environment with actions='shots'")
@@ -201,12 +202,12 @@ class GameCore:
 
     @property
     def has_masks(self) -> bool:
-        """True where actions are shots, of which a team does not always have all."""
+        """True if actions are shots, which are not always all available."""
         return isinstance(self.action, ShotActions)
 
 
 def checked_power_play(side: Any) -> Any:
-    """The side of a power play that a reset asks for, or None.
+    """Check the side of a power play in a reset, or None.
 
     Raises
     ------
@@ -216,6 +217,6 @@ def checked_power_play(side: Any) -> Any:
 
 
 def score_of(game: Game, team: Team) -> tuple[int, int]:
-    """The points of the last end, a team's own first."""
+    """Return the points of the last end, a team's own first."""
     points = game.line_score[-1]
     return points[team], points[team.other]

@@ -31,7 +31,7 @@ from curling_env.typing import Image
 
 
 def env(**settings: Any) -> wrappers.OrderEnforcingWrapper[str, Any, Any]:
-    """A game between two agents, with the order of calls checked.
+    """Make a game between two agents, with the order of calls checked.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def env(**settings: Any) -> wrappers.OrderEnforcingWrapper[str, Any, Any]:
 def parallel_env(
     *, max_cycles: int | None = None, **settings: Any
 ) -> turn_based_aec_to_parallel_wrapper[str, Any, Any]:
-    """The same game as a parallel environment; the action of the team not to throw is ignored.
+    """Make the same game as a parallel environment; the action of the other team is ignored.
 
     Parameters
     ----------
@@ -92,9 +92,8 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
     -----
     ``reset(options=…)`` takes `last_stone`, "home" or "away" (random without it), and
     `power_play`, "left" or "right", and `throw_first`, for the first end of mixed doubles; `ice`
-    and `known_ice` for one game; or `state`, a `GameState` to go on from. Other options are
-    ignored, as PettingZoo asks.
-    ``state`` may be kept and put back at any moment.
+    and `known_ice` for one game; or `state`, a `GameState` to start from. Other options are
+    ignored, as PettingZoo requires. ``state`` may be kept and restored at any time.
     """
 
     metadata = {  # noqa: RUF012  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -109,7 +108,7 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
         MatchCore.__init__(self, **settings)
         self.possible_agents = list(TEAMS)
         self.agents: list[str] = []
-        # The same objects at every call, as PettingZoo asks.
+        # The same objects at every call, as PettingZoo requires.
         self._spaces: dict[str, Any] = {label: self.team_space for label in TEAMS}
         self._actions: dict[str, Any] = {label: self.action.space for label in TEAMS}
         self._match: Match | None = None
@@ -129,22 +128,22 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
 
     @property
     def observation(self) -> GameObservation:
-        """Maker of the observations, on the ice of this game as it is known."""
+        """Maker of the observations, on the known ice of this game."""
         return (self.usual if self._match is None else self._match.ice).observation
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
-        """The space of a team's observations; the same object at every call."""
+        """Return the space of a team's observations; the same object at every call."""
         return self._spaces[agent]
 
     def action_space(self, agent: str) -> spaces.Space[Any]:
-        """The space of a team's actions; the same object at every call."""
+        """Return the space of a team's actions; the same object at every call."""
         return self._actions[agent]
 
     @property
     def state(self) -> CallableState:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """The game at this moment, frozen; set it to go on from another.
+        """Current state of the game, immutable; assign another one to continue from it.
 
-        Called as PettingZoo's method, ``state()``, it is all observations as one array in
+        Called as PettingZoo's method, ``state()``, it returns all observations as one array in
         `state_space`.
 
         Raises
@@ -158,10 +157,10 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
     @state.setter
     def state(self, state: GameState) -> None:  # pyright: ignore[reportIncompatibleMethodOverride]
         ice = self.usual if self._match is None else self._match.ice
-        self._begin(self.going_on(ice, self.checked_state(state)))
+        self._begin(self.continued(ice, self.checked_state(state)))
 
     def call_of(self, action: ArrayLike) -> Call:
-        """The call an action means."""
+        """Return the call of an action."""
         return self.action.call_of(action, self.simulator.view(self._game.state))
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
@@ -172,7 +171,7 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
         self._begin(self.begun(self._rng, options or {}))
 
     def _begin(self, match: Match) -> None:
-        """Set PettingZoo's attributes at the beginning, or where a state was put back."""
+        """Set PettingZoo's attributes at the beginning, or after a state was assigned."""
         self._match = match
         self._screen.begin(self._clips())
         self.agents = list(TEAMS)
@@ -211,19 +210,19 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
         self._accumulate_rewards()
 
     def observe(self, agent: str) -> Any:
-        """Return the observation of a team; where actions are shots, with its `action_mask`."""
+        """Return the observation of a team; with its `action_mask` if actions are shots."""
         return self.observed(self._game, TEAMS[agent])
 
     def render(self) -> Any:
-        """The sheet from above as an RGB picture, with the paths of the last delivery on it.
+        """Return the sheet from above as an RGB picture, with the paths of the last delivery.
 
-        With the render mode ``rgb_array_list``, the pictures of a film of the deliveries since the
-        last call, at `metadata["render_fps"]` a second and four times as fast as they were.
+        With the render mode ``rgb_array_list`` return the frames of a film of the deliveries since
+        the last call, at `metadata["render_fps"]` and four times the true speed.
         """
         return self._screen.render(self._clips()[-1])
 
     def frames(self, speed: float = 1.0) -> Iterator[Image]:
-        """The last delivery as a film: pictures at `metadata["render_fps"]`.
+        """Yield the frames of a film of the last delivery, at `metadata["render_fps"]`.
 
         Parameters
         ----------
@@ -237,7 +236,7 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
         yield from self._screen.frames(self._clips(), speed)
 
     def close(self) -> None:
-        """Close the window, if there is one."""
+        """Close the window, if any."""
         self._screen.close()
 
     def _clips(self) -> list[GameClip]:

@@ -1,7 +1,7 @@
-"""The rules of `CurlingEnd-v0`: how ends begin, and what a step does to them.
+"""Rules of `CurlingEnd-v0`: the start of ends, and the effect of a step.
 
-A step is a delivery of the agent and the opponent's answer. What simulates deliveries is the only
-difference between the single and the vector environment.
+A step is a delivery of the agent and the opponent's answer. Single and vector environments differ
+only in the simulator of deliveries.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ AGENT = Team.HOME
 
 
 class End(NamedTuple):
-    """An end at one moment; nothing in it ever changes.
+    """End at one moment, immutable.
 
     Parameters
     ----------
@@ -80,23 +80,23 @@ class End(NamedTuple):
 
     @property
     def is_the_opponents_turn(self) -> bool:
-        """True where the opponent is to throw."""
+        """True if it is the opponent's turn."""
         end = self.state.game.end
         return end is not None and end.to_throw is not AGENT
 
     @property
     def chooser(self) -> Player:
-        """The player that decides for the agent after the opponent's tick."""
+        """Player that decides for the agent after the opponent's tick."""
         return self.opponent if self.decisions is None else FollowsDecisions(self.decisions)
 
     @property
     def decider(self) -> Player:
-        """The player that decides after a tick by the team to throw."""
+        """Return the player that decides after a tick by the throwing team."""
         return self.chooser if self.is_the_opponents_turn else self.opponent
 
     @property
     def view(self) -> PlayerView:
-        """The end as the agent knows it."""
+        """Return the agent's view of the end."""
         return self.ice.simulator.view(self.state, AGENT)
 
 
@@ -106,7 +106,7 @@ DeliveryPlayer = Callable[[Sequence[End], Sequence[Call]], Sequence[tuple[GameSt
 
 
 class PlayOneByOne:
-    """The engine, which solves contacts by pymunk.
+    """Engine that solves contacts by pymunk.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ class Asked(NamedTuple):
     ----------
     hammer : the team that delivers last
     power_play : side of the agent's power play
-    states : for each end a state to go on from; None to begin new ones
+    states : initial state of each end; None for new ends
     ice : the ice, and what is to be known of it
     """
 
@@ -144,7 +144,7 @@ class Asked(NamedTuple):
 
 @rejects_unknown_keywords("CurlingEnd-v0")
 class EndCore(GameCore, Core[Ends]):
-    """The options and rules of `CurlingEnd-v0`; see `CurlingEndEnv`."""
+    """Options and rules of `CurlingEnd-v0`; see `CurlingEndEnv`."""
 
     def __init__(
         self,
@@ -196,7 +196,7 @@ class EndCore(GameCore, Core[Ends]):
     # --- how ends begin -------------------------------------------------------------------------
 
     def blank(self, count: int) -> Ends:
-        """Ends that are over, before the first reset."""
+        """Return finished ends, before the first reset."""
         state = GameState(game=new_game(self.usual.simulator.rules))
         return (End(self.usual, self.opponents[0], state),) * count
 
@@ -227,7 +227,7 @@ class EndCore(GameCore, Core[Ends]):
         return Asked(hammer, power_play, states, self.ices.given(asked))
 
     def checked_state(self, state: Any) -> GameState:
-        """A state to go on from.
+        """Check a state to continue from.
 
         Raises
         ------
@@ -245,7 +245,7 @@ class EndCore(GameCore, Core[Ends]):
         rngs: Sequence[np.random.Generator],
         asked: Asked | None = None,
     ) -> Ends:
-        """Begin some ends; the opponent delivers first where the agent has the hammer.
+        """Begin some ends; the opponent delivers first if the agent has the hammer.
 
         Raises
         ------
@@ -260,7 +260,7 @@ class EndCore(GameCore, Core[Ends]):
         return tuple(ends)
 
     def _begin(self, rng: np.random.Generator, asked: Asked, state: GameState | None) -> End:
-        """An end before its first stone, on its ice, against its opponent."""
+        """Return an end before its first stone, on its ice, against its opponent."""
         ice, opponent = self.ices.draw(rng, asked.ice), self.opponents.draw(rng)
         if state is not None:
             return End(ice, opponent, state)
@@ -304,7 +304,7 @@ class EndCore(GameCore, Core[Ends]):
         return tuple(ends), rewards, [(rows, facts)]
 
     def _answer(self, ends: list[End], among: Iterable[int]) -> dict[int, GameRewardParts]:
-        """Let the opponents deliver where it is their turn; what that was worth to the agent."""
+        """Let the opponents deliver on their turn; return the agent's rewards."""
         total: dict[int, GameRewardParts] = {}
         while True:
             theirs = [i for i in among if ends[i].is_the_opponents_turn]
@@ -330,7 +330,7 @@ class EndCore(GameCore, Core[Ends]):
         calls: Sequence[Call],
         decisions: Sequence[TeamDecisions | None] | None = None,
     ) -> dict[int, GameRewardParts]:
-        """Play one delivery in each of some ends; what it was worth to the agent.
+        """Play one delivery in each of some ends; return the agent's rewards.
 
         Parameters
         ----------
@@ -370,7 +370,7 @@ class EndCore(GameCore, Core[Ends]):
         return seen[0][1] if len(seen) == 1 else _put_together(seen, len(episodes))
 
     def reported(self, episodes: Ends, rows: Indices) -> Facts:
-        """The score, the deliveries of the last step, and where actions are shots the masks."""
+        """Return the score, the deliveries of the last step, and the masks if actions are shots."""
         some = [episodes[i] for i in cast("list[int]", rows.tolist())]
         score = [score_of(end.state.game, AGENT) if end.is_over else (0, 0) for end in some]
         facts: Facts = {"score": np.array(score).reshape(-1, 2)}
@@ -382,7 +382,7 @@ class EndCore(GameCore, Core[Ends]):
 
 
 def _put_together(seen: Sequence[tuple[list[int], Any]], count: int) -> Any:
-    """Observations of all episodes, from those of some each."""
+    """Combine observations of all episodes from groups of them."""
     first = seen[0][1]
     if isinstance(first, dict):
         return {

@@ -56,7 +56,7 @@ class CurlingEndEnv(EndCore, SingleEnv[Ends]):
     -----
     ``reset(options=…)`` takes `hammer`, `ice` and `known_ice` for one end, and in mixed doubles
     `power_play`, "left" or "right", for an end in which the agent decides (with `hammer`
-    "random" it is ignored where the opponent does); or `state`, a `GameState` to go on from.
+    "random" it is ignored where the opponent does); or `state`, a `GameState` to start from.
 
     ``state`` may be kept and put back at any moment: it is frozen, so a search branches from it
     without copying. The same state and action always have the same outcome, including the
@@ -76,7 +76,7 @@ class CurlingEndEnv(EndCore, SingleEnv[Ends]):
 
     @property
     def observation(self) -> GameObservation:
-        """Maker of the observations, on the ice of this end as it is known."""
+        """Maker of the observations, on the known ice of this end."""
         return self._episodes[0].ice.observation
 
     @property
@@ -86,12 +86,13 @@ class CurlingEndEnv(EndCore, SingleEnv[Ends]):
 
     @property
     def chooser(self) -> Player:
-        """The player that decides for the agent after the opponent's tick."""
+        """Player that decides for the agent after the opponent's tick."""
         return self._episodes[0].chooser
 
     @property
     def state(self) -> GameState:
-        """The end at this moment. Set it to go on from another, in which the agent is to throw.
+        """Current state of the end. Assign another one, in which the agent is to throw, to continue
+        from it.
 
         Raises
         ------
@@ -108,20 +109,20 @@ class CurlingEndEnv(EndCore, SingleEnv[Ends]):
         self._screen.begin(())
 
     def call_of(self, action: ArrayLike) -> Call:
-        """The call an action means."""
+        """Return the call of an action."""
         return self.action.call_of(action, self._episodes[0].view)
 
     def action_masks(self) -> NDArray[np.int8]:
-        """The shots that the agent has, 1 or 0 each, as algorithms with masks ask for them.
+        """Return which shots are available to the agent, 1 or 0 each, for algorithms with masks.
 
         Raises
         ------
-        InputError : actions are throws, all of which there always are
+        InputError : actions are throws, which are always available
         """
         return self.mask(self._episodes[0].view)
 
     def frames(self, speed: float = 1.0) -> Iterator[Image]:
-        """The deliveries of the last step as a film: pictures at `metadata["render_fps"]`.
+        """Yield the frames of a film of the last step's deliveries, at `metadata["render_fps"]`.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Many ends of `CurlingEnd-v0` at once, whose throws are simulated together."""
+"""Many ends of `CurlingEnd-v0` at once, with throws simulated together."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class CurlingEndVectorEnv(EndCore, EnvsTogether[Ends]):
     """Many ends of `CurlingEnd-v0` at once.
 
     With the same seeds, ends are those of `CurlingEndEnv`, in less time: the throws of a step are
-    simulated together. Before stones touch, both agree to a tenth of a millimetre; contacts
-    multiply what is left. `info` holds the same entries in Gymnasium's form; the outcomes of its
-    `shots` have no contacts and no paths. Where stones wear the ice, or every game has its own set
-    of stones, no two ends share an ice; they are then played one after another, as slowly as by
+    simulated together. Before the first contact, both agree to a tenth of a millimetre; contacts
+    magnify the difference. `info` holds the same entries in Gymnasium's form; the outcomes of its
+    `shots` have no contacts and no paths. If stones wear the ice, or every game has its own set of
+    stones, no two ends share an ice; they are then played one after another, as slowly as by
     `CurlingEndEnv`, and with its outcomes.
 
     Parameters
@@ -53,9 +53,11 @@ class CurlingEndVectorEnv(EndCore, EnvsTogether[Ends]):
 
     @property
     def states(self) -> tuple[GameState, ...]:
-        """The ends at this moment."""
+        """Current states of the ends."""
         return tuple(end.state for end in self._episodes)
 
     def action_masks(self) -> NDArray[np.int8]:
-        """The shots that the agent has in each end, (num_envs, n): 1 or 0; see `CurlingEndEnv`."""
+        """Return which shots are available to the agent in each end, (num_envs, n): 1 or 0; see
+        `CurlingEndEnv`.
+        """
         return np.array([self.mask(end.view) for end in self._episodes])

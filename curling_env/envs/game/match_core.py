@@ -1,4 +1,4 @@
-"""The rules of the two-team game: how it begins, and what a delivery does to it."""
+"""Rules of the two-team game: its start, and the effect of a delivery."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ UNDECIDED = (TeamDecisions(), TeamDecisions())
 
 
 class Match(NamedTuple):
-    """A game at one moment; nothing in it ever changes.
+    """Game at one moment, immutable.
 
     Parameters
     ----------
@@ -64,20 +64,20 @@ class Match(NamedTuple):
 
     @property
     def to_throw(self) -> Team | None:
-        """The team whose turn it is; None once the game is over."""
+        """Team whose turn it is; None once the game is over."""
         end = self.state.game.end
         return None if end is None else end.to_throw
 
     @property
     def end_played_to(self) -> Any:
-        """The end of the sheet played to; between ends that of the last."""
+        """End of the sheet played to; between ends that of the last one."""
         game = self.state.game
         return direction_of(len(game.line_score) - 1 if game.end is None else game.end.number)
 
 
 @rejects_unknown_keywords("curling_v0")
 class MatchCore(GameCore):
-    """The options and rules of the two-team game; see `curling_v0.raw_env`."""
+    """Options and rules of the two-team game; see `curling_v0.raw_env`."""
 
     def __init__(
         self,
@@ -139,7 +139,7 @@ class MatchCore(GameCore):
     # --- how a game begins and goes on ----------------------------------------------------------
 
     def begun(self, rng: np.random.Generator, options: Mapping[str, Any]) -> Match:
-        """A game before its first delivery.
+        """Return a game before its first delivery.
 
         Parameters
         ----------
@@ -153,7 +153,7 @@ class MatchCore(GameCore):
         asked = dict(options)
         ice = self.ices.draw(rng, self.ices.given(asked))
         if "state" in asked:
-            return self.going_on(ice, self.checked_state(asked["state"]))
+            return self.continued(ice, self.checked_state(asked["state"]))
         power_play = checked_power_play(asked.get("power_play"))
         label = asked.get("last_stone") or list(TEAMS)[int(rng.integers(2))]
         if label not in TEAMS:
@@ -162,16 +162,16 @@ class MatchCore(GameCore):
         new = simulator.new_game(int(rng.integers(2**31)), last_stone=TEAMS[label])
         throw_first = bool(asked.get("throw_first", False))
         begun = simulator.begin_end(new, power_play=power_play, throw_first=throw_first)
-        return self.going_on(ice, begun)
+        return self.continued(ice, begun)
 
-    def going_on(self, ice: GameIce, state: GameState) -> Match:
-        """A game from a state on; between two ends the next one is begun."""
+    def continued(self, ice: GameIce, state: GameState) -> Match:
+        """Continue a game from a state; between two ends the next one is begun."""
         if state.game.end is None and not state.game.is_over:
             state = ice.simulator.begin_end(state)
         return Match(ice, state, states=(state,))
 
     def played(self, match: Match, action: Any) -> tuple[Match, dict[Team, GameRewardParts]]:
-        """The game after a delivery, or a concession, and what it earned each team.
+        """Return the game after a delivery, or a concession, and each team's reward.
 
         Raises
         ------
@@ -216,7 +216,7 @@ class MatchCore(GameCore):
         }
 
     def is_too_long(self, match: Match) -> bool:
-        """True for a game with all its deliveries, or of too many ends without a winner."""
+        """Return whether a game has all its deliveries, or too many ends without a winner."""
         game = match.state.game
         if game.is_over:
             return False
@@ -227,7 +227,7 @@ class MatchCore(GameCore):
     # --- what is seen ---------------------------------------------------------------------------
 
     def observed(self, match: Match, team: Team) -> Any:
-        """Return the observation of a team; where actions are shots, with its `action_mask`."""
+        """Return the observation of a team; with its `action_mask` if actions are shots."""
         seen = match.ice.observation.observe([match.state], team, match.end_played_to)
         observation = row_of(seen, 0)
         if not self.has_masks:
@@ -235,19 +235,19 @@ class MatchCore(GameCore):
         return {"observation": observation, **self.masks(match, team)}
 
     def masks(self, match: Match, team: Team) -> dict[str, Any]:
-        """`action_mask`, the shots that a team has, where actions are shots."""
+        """Return `action_mask`, the shots available to a team, if actions are shots."""
         if not self.has_masks:
             return {}
         return {"action_mask": self.mask(match.ice.simulator.view(match.state, team))}
 
     def seen_by_all(self, match: Match) -> Singles:
-        """All observations of a game, in `state_space`: the home team's flat observation."""
+        """Return all observations of a game, in `state_space`: the home team's flat observation."""
         self._flat = self._flat.on(match.ice.observation.known)
         return row_of(self._flat.observe([match.state], Team.HOME, match.end_played_to), 0)
 
 
 class CallableState(GameState):
-    """A game to keep and to go on from, which when called returns PettingZoo's array of it."""
+    """State of a game to keep and to continue from; a call returns PettingZoo's array of it."""
 
     __slots__ = ("core", "ice")
     core: MatchCore
@@ -255,7 +255,7 @@ class CallableState(GameState):
 
     @classmethod
     def of(cls, match: Match, core: MatchCore) -> CallableState:
-        """The state of a game as one that may be called.
+        """Return the callable state of a game.
 
         Parameters
         ----------
@@ -277,5 +277,7 @@ class CallableState(GameState):
         return game
 
     def __call__(self) -> Singles:
-        """All observations of the game, in `state_space`: the home team's flat observation."""
+        """Return all observations of the game, in `state_space`: the home team's flat
+        observation.
+        """
         return self.core.seen_by_all(Match(self.ice, self))

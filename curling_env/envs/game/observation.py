@@ -1,8 +1,8 @@
 """Observation of a team before it delivers: a flat vector, a dictionary, or planes from above.
 
 Everything is in the delivery frame and from the point of view of the observing team: its own stones
-come first, and hammer and lead are its own. So what is learnt towards one end, or as one team,
-serves towards the other end and as the other team. The ice is shown as the team knows it.
+come first, and hammer and lead are its own. A policy learned towards one end, or as one team,
+therefore applies to the other end and the other team. The ice is the team's known ice.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ CONTEXT = (
     "clock",
     "throws",
 )
-"""The numbers that are not about stones or ice, each within ±1."""
+"""Numbers of the context (not of stones or ice), each within ±1."""
 LEAD_SCALE = 8.0
 """The lead that counts as 1 [points]."""
 CLOCK_SCALE = 3.0 * 3600.0
@@ -65,7 +65,7 @@ PLANE_Y = (HOG_LINE - 0.2, BACK_LINE + 0.2)
 
 
 class GameObservation:
-    """Makes the observations of a game.
+    """Maker of the observations of a game.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ class GameObservation:
             self._fixed = {d: self._fixed_planes(d) for d in Direction}
 
     def on(self, known: KnownIce) -> GameObservation:
-        """The same observations on an ice; these for the same ice."""
+        """Return the maker for another ice; itself for the same ice."""
         return self if known is self.known else GameObservation(self.kind, known, self.lines)
 
     @property
@@ -131,12 +131,12 @@ class GameObservation:
         )
 
     def of_view(self, view: PlayerView) -> Any:
-        """The observation of a player before it calls: for policies as players."""
+        """Return the observation of a player before its call, for policies as players."""
         state = GameState(game=view.game, throws=view.entropy[1], clock=view.clock, wear=view.wear)
         return row_of(self.observe([state], view.team, view.direction), 0)
 
     def observe(self, states: Sequence[GameState], team: Team, direction: Direction) -> Any:
-        """The observations of games, each in play, between ends or over.
+        """Return the observations of games, each in play, between ends or over.
 
         Parameters
         ----------
@@ -160,7 +160,7 @@ class GameObservation:
         return np.concatenate([context, ice, stones.reshape(len(games), -1)], axis=1)
 
     def _ice(self, wears: Sequence[Floats | None], team: Team, direction: Direction) -> Singles:
-        """Ice features, (n, m): the initial ice, its wear, the factors of each stone."""
+        """Return ice features, (n, m): the initial ice, its wear, the factors of each stone."""
         features, of_stones = self.known.features(direction), self._of_stones[team]
         if (direction, team) not in self._new_ice:
             unworn = self.known.wear(None, direction)
@@ -173,7 +173,7 @@ class GameObservation:
         return out
 
     def _stones(self, games: Sequence[Game], team: Team) -> Singles:
-        """Presence, x and y of every stone, (n, 16, 3); own stones first, by number."""
+        """Return presence, x and y of every stone, (n, 16, 3); own stones first, by number."""
         out = np.zeros((len(games), SLOTS, 3), dtype=np.float32)
         lying = [() if game.end is None else game.end.stones for game in games]
         numbers = [value for stones in lying for stone in stones for value in stone]
@@ -197,7 +197,7 @@ class GameObservation:
         return out
 
     def _fixed_planes(self, direction: Direction) -> Singles:
-        """The share of the rings that hold each point, and friction relative to its mean here."""
+        """Share of the rings that contain each point, and friction relative to the local mean."""
         distance = np.hypot(self._x, self._y)
         house = np.mean([distance <= radius for radius in RING_RADII], axis=0)
         points = to_sheet(np.stack([self._x, self._y], axis=-1), direction)
@@ -212,7 +212,7 @@ def _ice_names() -> tuple[str, ...]:
 
 
 def _context(state: GameState, team: Team) -> list[float]:
-    """The numbers named in `CONTEXT`."""
+    """Return the numbers named in `CONTEXT`."""
     game = state.game
     end, rules = game.end, game.rules
     delivered = rules.deliveries if end is None else end.delivered

@@ -1,8 +1,8 @@
 """Opponents of an agent: players by name or file, policies, or a pool of them.
 
-A policy is whatever turns observations of the environment into actions: a function, or an object
-with `predict`, as those of stable-baselines3. As an opponent it sees and throws what the agent
-would in its place.
+A policy maps observations of the environment to actions: a function, or an object with `predict`,
+as those of stable-baselines3. As an opponent it gets the observations that the agent would get in
+its place.
 """
 
 from __future__ import annotations
@@ -29,12 +29,11 @@ ACCEPTED = (
 
 
 class Policy:
-    """A function of observations, or something with `predict`, asked as an agent would be.
+    """Function of observations, or object with `predict`, called as for an agent.
 
-    Whatever `predict` takes of `state`, `action_masks` and `deterministic`, as the models of
-    stable-baselines3 and sb3-contrib do, it is given: its memory of the episode, the shots that
-    there are, and that its best action is asked for. A function is given `action_masks` if it has
-    such a parameter.
+    `predict` gets those of `state`, `action_masks` and `deterministic` that it accepts, as the
+    models of stable-baselines3 and sb3-contrib do: its memory of the episode, the available shots,
+    and the request for its best action. A function gets `action_masks` if it has such a parameter.
 
     Parameters
     ----------
@@ -52,20 +51,20 @@ class Policy:
         self._act: Callable[..., Any] = given if predict is None else predict
         try:
             self._takes = set(inspect.signature(self._act).parameters)
-        except (TypeError, ValueError):  # compiled code tells no parameters
+        except (TypeError, ValueError):  # compiled code has no signature
             self._takes = set[str]()
         self._predicts = predict is not None
 
     def act(
         self, observation: Any, memory: Any = None, masks: Callable[[], Any] | None = None
     ) -> tuple[Any, Any]:
-        """The action for an observation, and the memory of the episode after it.
+        """Return the action for an observation, and the memory of the episode after it.
 
         Parameters
         ----------
         observation : of the environment
         memory : what the last call of the episode returned; None at its beginning
-        masks : returns the actions that there are, (n,) 1 or 0; None for all
+        masks : returns the available actions, (n,) 1 or 0; None for all
         """
         options: dict[str, Any] = {}
         if self._predicts and "deterministic" in self._takes:
@@ -82,7 +81,7 @@ class Policy:
 
 
 class PolicyPlayer(Player):
-    """A policy as a player; it remembers what it was shown in the end that it plays.
+    """Policy as a player, with its memory of the current end.
 
     Parameters
     ----------
@@ -96,7 +95,7 @@ class PolicyPlayer(Player):
         self._policy, self._core, self._shots = policy, core, ShotActions()
 
     def call(self, view: PlayerView) -> Call:
-        """Return the call of the policy's action if it sees nothing but this position."""
+        """Return the call of the policy's action from this position alone."""
         return self.answer(view, None)[0]
 
     def answer(self, view: PlayerView, memory: Any) -> tuple[Call, Any]:
@@ -108,9 +107,9 @@ class PolicyPlayer(Player):
 
 
 class Opponents(list[Player]):
-    """The players that an agent may meet; each episode draws one.
+    """Pool of opponents; each episode draws one.
 
-    Whatever is appended may be drawn from the next episode on: so a learner meets its past selves.
+    Appended ones may be drawn from the next episode on, for instance past versions of a learner.
 
     Parameters
     ----------
@@ -133,11 +132,11 @@ class Opponents(list[Player]):
             raise InputError(f"opponent must be {ACCEPTED % ', '.join(player_names())}, got none")
 
     def append(self, given: Any) -> None:
-        """Add an opponent, in any form in which one may be given."""
+        """Add an opponent, in any accepted form."""
         super().append(self._player(given))
 
     def draw(self, rng: np.random.Generator) -> Player:
-        """The opponent of an episode that begins."""
+        """Draw the opponent of a new episode."""
         return self[int(rng.integers(len(self)))] if len(self) > 1 else self[0]
 
     def _player(self, given: Any) -> Player:

@@ -1,8 +1,8 @@
-"""A reward on the way: by how much a delivery raised the potential of the position.
+"""Reward shaping: the increase of the position's potential by a delivery.
 
-The points of an end come with its last stone only. A potential, such as the points that a position
-promises, tells before how good a delivery was. Because what is added is a difference of potentials,
-the best policies stay the best (Ng, Harada and Russell, ICML 1999).
+The points of an end come only with its last stone. A potential, such as the expected points, shows
+earlier how good a delivery was. Because the additional reward is a difference of potentials,
+optimal policies stay optimal (Ng, Harada and Russell, ICML 1999).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ PotentialFunction = Callable[[Game, Team], float]
 
 @dataclass(frozen=True, kw_only=True)
 class Potential:
-    """The potential of positions, and how much later rewards count.
+    """Potential of positions, and the discount of later rewards.
 
     Parameters
     ----------
@@ -52,16 +52,16 @@ class Potential:
             )
 
     def value(self, game: Game, team: Team) -> float:
-        """The potential of a game to a team; 0 where no end is in play."""
+        """Return the potential of a game to a team; 0 if no end is in play."""
         return 0.0 if game.end is None else float(cast("PotentialFunction", self.of)(game, team))
 
     def rise(self, before: float, game: Game, team: Team) -> float:
-        """Return the reward for a rise: the discounted potential of a game less that before."""
+        """Return the reward for a rise: the discounted potential of a game minus that before."""
         return self.discount * self.value(game, team) - before
 
 
 def potential_from(given: Any) -> Potential | None:
-    """A potential: None, a name, a function, a `Potential`, or a mapping of its fields."""
+    """Return a potential: None, a name, a function, a `Potential`, or a mapping of its fields."""
     if given is None or isinstance(given, Potential):
         return given
     if isinstance(given, Mapping):

@@ -1,4 +1,4 @@
-"""Display of a game: a picture of each delivery, or the delivery as it happens in a window."""
+"""Display of a game: a picture of each delivery, or its animation in a window."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from curling_env.sheet import Direction
 from curling_env.typing import Floats, Image
 
 PLAYBACK_SPEED = 4.0
-"""Factor by which a window shows a delivery faster than it happened."""
+"""Playback speed of a delivery in a window."""
 RULED_FRAMES = FPS // 2
-"""Number of pictures of a film that show the stones as they lie after the ruling."""
+"""Number of frames of a film with the stones after the ruling."""
 FAULT_TEXT = {
     Fault.HOG_LINE: "hogged",
     Fault.FREE_GUARD_ZONE: "free guard zone: put back",
@@ -33,7 +33,7 @@ FAULT_TEXT = {
 
 
 class GameClip(NamedTuple):
-    """A delivery with the game before and after it, or a position, in which `shot` is None."""
+    """Delivery with the game before and after it, or a position, in which `shot` is None."""
 
     ice: Ice
     before: GameState
@@ -42,18 +42,18 @@ class GameClip(NamedTuple):
 
 
 def colour_of(stone: int) -> Colour:
-    """Colour of a stone's handle: red for the home team, yellow for the away team."""
+    """Return the colour of a stone's handle: red for the home team, yellow for the away team."""
     return RED if stone < STONES_PER_TEAM else YELLOW
 
 
 def score_text(game: Game) -> str:
-    """The score as text: ``home 3 : 2 away``."""
+    """Return the score as text: ``home 3 : 2 away``."""
     home, away = game.score
     return f"home {home} : {away} away"
 
 
 def facts_of(game: Game, shot: PlayedShot | None) -> list[tuple[str, str]]:
-    """Labels and values of the panel."""
+    """Return labels and values of the panel."""
     facts = [("Red, home", str(game.score[0])), ("Yellow, away", str(game.score[1]))]
     end = game.end
     if end is not None:
@@ -77,9 +77,9 @@ def facts_of(game: Game, shot: PlayedShot | None) -> list[tuple[str, str]]:
 
 
 def scene_of(game: Game, direction: Direction, shot: PlayedShot | None) -> DrawnScene:
-    """The stones on the sheet, with the paths of the last delivery.
+    """Return the stones on the sheet, with the paths of the last delivery.
 
-    Between ends they lie as the last delivery left them.
+    Between ends they are those after the last delivery.
     """
     number = max(len(game.line_score) - 1, 0) if game.end is None else game.end.number
     title = f"End {number + 1}   {score_text(game)}"
@@ -100,7 +100,7 @@ def scene_of(game: Game, direction: Direction, shot: PlayedShot | None) -> Drawn
 
 
 class GameRenderer(ClipRenderer[GameClip]):
-    """Draws a game.
+    """Renderer of a game.
 
     Parameters
     ----------
@@ -112,13 +112,15 @@ class GameRenderer(ClipRenderer[GameClip]):
         self.title, self.window_speed = title, PLAYBACK_SPEED
 
     def picture(self, clip: GameClip) -> Image:
-        """The game after a delivery, (720, 1280, 3) RGB."""
+        """Return the game after a delivery, (720, 1280, 3) RGB."""
         direction = _direction(clip.after, clip.shot)
         scene = scene_of(clip.after.game, direction, clip.shot)
         return self.sheet(clip.ice, direction).draw(scene)
 
     def frames(self, clip: GameClip, speed: float) -> Iterator[Image]:
-        """A delivery as a film, `speed` times as fast as it was, then the stones as they lie."""
+        """Yield the frames of a delivery at `speed` times the true speed, then the stones at
+        rest.
+        """
         ruled, shot = self.picture(clip), clip.shot
         if shot is None:
             yield ruled
@@ -157,7 +159,7 @@ def clips_of(ice: Ice, states: Sequence[GameState], shots: Sequence[PlayedShot])
 
 
 def check_paths(render_mode: str | None) -> None:
-    """Refuse a film where paths were not kept.
+    """Refuse a film if paths were not kept.
 
     Raises
     ------

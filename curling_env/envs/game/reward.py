@@ -29,7 +29,7 @@ class GameRewardParts:
     potential: float = 0.0
 
     def as_dict(self) -> dict[str, float]:
-        """The parts by name."""
+        """Return the parts by name."""
         return {part.name: getattr(self, part.name) for part in fields(self)}
 
     def __add__(self, other: GameRewardParts) -> GameRewardParts:
@@ -68,7 +68,7 @@ class GameRewardWeights:
                 raise InputError(f"the weight of {part.name} must be finite, got {value}")
 
     def total(self, parts: GameRewardParts) -> float:
-        """The reward: the weighted sum of the parts."""
+        """Return the reward: the weighted sum of the parts."""
         return sum(getattr(self, part.name) * getattr(parts, part.name) for part in fields(self))
 
 

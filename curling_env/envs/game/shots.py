@@ -1,7 +1,7 @@
-"""Shots as actions: an agent calls for a draw, a guard or a hit, and the throw for it is found.
+"""Shots as actions: an agent calls a draw, a guard or a hit, and the throw for it is found.
 
-A list of shots has a number each. The throw is aimed on the ice as it is known, as a player of the
-package would. A mask tells which shots there are in a position.
+Each shot of a list has a number. The throw is aimed on the known ice, as by a player of the
+package. A mask marks the available shots of a position.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from curling_env.game.opponents import BOARD_WEIGHT, PEEL_WEIGHT, AimingPlayer
 from curling_env.game.rules.teams import STONES_PER_TEAM, RestingStone, Stones, Team
 from curling_env.typing import Floats
 
-# The list of shots: a change to it makes a new version of the environments.
+# List of shots: a change to it requires a new version of the environments.
 DRAWS = {
     "the button": (0.0, 0.0),
     "the left of the button": (-0.45, 0.2),
@@ -39,13 +39,13 @@ GUARDS = {
 }
 """Places before the house, delivery frame [m]."""
 WEIGHTS = {"control weight": 1.12, "board weight": BOARD_WEIGHT, "peel weight": PEEL_WEIGHT}
-"""Weights of hits over that of a draw to the button."""
+"""Weights of hits, relative to a draw to the button."""
 SIDES = {"on the nose": 0.0, "on its left": -0.12, "on its right": 0.12}
-"""Place at which a stone is hit, right of its centre [m]."""
+"""Offset at which a stone is hit, right of its centre [m]."""
 COVER = 1.6
 """Distance of a guard before its stone [m]."""
 GAP = 0.02
-"""Gap that a freeze leaves [m]."""
+"""Gap after a freeze [m]."""
 
 
 class Shot(NamedTuple):
@@ -99,7 +99,7 @@ _IS_GUARD = np.array([s.kind == "cover" or s.place in GUARDS.values() for s in S
 
 
 class ShotActions:
-    """Converts between numbers of shots and calls; stands where `GameAction` stands."""
+    """Converter between numbers of shots and calls, in place of `GameAction`."""
 
     choices = "rule"
     sweeping = "scripted"
@@ -116,7 +116,7 @@ class ShotActions:
         return spaces.Discrete(len(SHOTS))
 
     def call_of(self, action: Any, view: PlayerView | None = None) -> Call:
-        """The call for the throw that makes a shot.
+        """Return the call for the throw that makes a shot.
 
         Parameters
         ----------
@@ -139,7 +139,9 @@ class ShotActions:
     def calls_of(
         self, actions: Sequence[Any], view: Callable[[int], PlayerView] | None = None
     ) -> list[Call]:
-        """The calls for many shots; `view` returns what the team sees that takes the k-th."""
+        """Return the calls for many shots; `view` returns the view of the team with the k-th
+        shot.
+        """
         return [
             self.call_of(action, None if view is None else view(k))
             for k, action in enumerate(actions)
@@ -156,7 +158,7 @@ class ShotActions:
         )
 
     def mask(self, view: PlayerView) -> NDArray[np.int8]:
-        """The shots that a team has, (n,): 1 or 0; all where no end is in play."""
+        """Return the available shots, (n,): 1 or 0; all if no end is in play."""
         end = view.game.end
         if end is None:
             return np.ones(len(SHOTS), dtype=np.int8)
@@ -168,7 +170,7 @@ class ShotActions:
         mask = np.where(_IS_HIT, there[_STONE], near[_STONE])
         places = np.array([(stone.x, stone.y) for stone in end.stones]).reshape(-1, 1, 2)
         mask[_DRAWS] = (np.hypot(*(places - _PLACES).transpose(2, 0, 1)) > 0.3).all(axis=0)
-        # Before the last stone of the end no guard is worth anything.
+        # A guard with the last stone of the end is worthless.
         if end.delivered >= view.game.rules.deliveries - 1:
             mask[_IS_GUARD] = False
         mask[-1] = True
@@ -176,14 +178,14 @@ class ShotActions:
 
 
 def _by_index(stones: Stones, team: Team) -> dict[int, RestingStone]:
-    """Stones by their index, own ones first."""
+    """Return stones by their index, own ones first."""
     return {
         stone.number + (0 if stone.team is team else STONES_PER_TEAM): stone for stone in stones
     }
 
 
 class _Aiming(AimingPlayer):
-    """Turns shots into throws."""
+    """Converter of shots to throws."""
 
     name = "shots"
 
@@ -191,7 +193,7 @@ class _Aiming(AimingPlayer):
         raise AssertionError("it aims shots and does not choose any")
 
     def shot(self, view: PlayerView, shot: Shot) -> Call:
-        """The call for a shot; where none is possible, the stone goes through the house."""
+        """Return the call for a shot; if it is impossible, the stone goes through the house."""
         end = view.game.end
         assert end is not None
         found: Call | None = None
@@ -209,7 +211,7 @@ class _Aiming(AimingPlayer):
         return self.through(view) if found is None else found
 
     def _draw(self, view: PlayerView, x: float, y: float, name: str) -> Call | None:
-        """A draw with a free way if there is one, else one all the same."""
+        """Return a draw with a free path if there is one, else any."""
         free = self.draw_to(view, x, y, name)
         if free is not None:
             return free

@@ -21,12 +21,12 @@ from curling_env.typing import Floats, Singles
 AN_ACTION = "an action must be three finite numbers in [-1, 1]"
 
 MAX_HIT_WEIGHT = 1.6
-"""Speed of the firmest throw offered where there are stones to hit, over draw weight."""
+"""Maximum speed of throws if there are stones to hit, relative to draw weight."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ThrowRange:
-    """The throws an agent may choose from; an action of 0 is the middle of each range.
+    """Range of throws for an agent; an action of 0 is the middle of each range.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class ThrowRange:
         return (high - low) / 2
 
     def throw_of(self, action: ArrayLike) -> Throw:
-        """The throw an action means; numbers beyond ±1 are taken as ±1.
+        """Return the throw of an action; numbers beyond ±1 are clipped.
 
         Raises
         ------
@@ -80,7 +80,7 @@ class ThrowRange:
         return Throw(speed=speed, angle=angle, spin=spin)
 
     def numbers_of(self, actions: Any, *, count: int | None = None) -> Floats:
-        """Speed, angle and spin that actions (..., 3) mean; beyond ±1 they are taken as ±1.
+        """Return speed, angle and spin of actions (..., 3); beyond ±1 they are clipped.
 
         Parameters
         ----------
@@ -98,11 +98,11 @@ class ThrowRange:
         return self.middle + self.half * np.minimum(np.maximum(given, -1.0), 1.0)
 
     def action_of(self, throw: Throw) -> Singles:
-        """The action that means a throw, (3,); clipped to ±1 where the throw is out of range."""
+        """Return the action of a throw, (3,), clipped to ±1."""
         return self.actions_of(np.array([throw.speed, throw.angle, throw.spin]))
 
     def actions_of(self, numbers: Floats) -> Singles:
-        """The actions that mean speeds, angles and spins (..., 3); clipped to ±1."""
+        """Return the actions of speeds, angles and spins (..., 3), clipped to ±1."""
         return np.clip((numbers - self.middle) / self.half, -1.0, 1.0).astype(np.float32)
 
 
@@ -113,7 +113,8 @@ def weight_to(
     *,
     delivery: Delivery = FROM_HOG_LINE,
 ) -> float:
-    """Speed at which a straight throw without spin stops at a distance from mid-sheet [m/s].
+    """Return the speed at which a straight throw without spin stops at a distance from mid-sheet
+    [m/s].
 
     Parameters
     ----------
@@ -133,8 +134,7 @@ def weight_to(
         end = slide(ice, release, bounds=bounds)
         return end.end is SlideEnd.REST
 
-    # A slide ends where a stone passes y, so that a fast throw on ice where it would never stop
-    # does no harm.
+    # A slide ends when the stone passes y, so that a fast throw on ice without friction ends too.
     bounds = NO_BOUNDS.copy()
     bounds[3 if direction > 0 else 2] = direction * y
     if stops_short(high - 1e-9):
@@ -151,7 +151,7 @@ def weight_to(
 def throw_range_for(
     ice: Ice, direction: Direction, *, hits: bool, delivery: Delivery = FROM_HOG_LINE
 ) -> ThrowRange:
-    """The range of throws worth offering on an ice.
+    """Return the useful range of throws on an ice.
 
     It runs from the weight that stops at the far hog line to the weight that reaches the hack.
 
@@ -175,7 +175,7 @@ def throw_range_for(
 def widest_range(
     ices: Sequence[Ice], *, hits: bool, delivery: Delivery = FROM_HOG_LINE
 ) -> ThrowRange:
-    """The range that holds the throws worth offering on each of the ices: `throw_range_for` all."""
+    """Return the range that includes `throw_range_for` each of the ices."""
     ranges = [throw_range_for(ice, Direction.AWAY, hits=hits, delivery=delivery) for ice in ices]
     slowest, fastest = zip(*(one.speed for one in ranges), strict=True)
     return ThrowRange(speed=(min(slowest), max(fastest)))

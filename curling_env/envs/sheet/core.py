@@ -1,7 +1,7 @@
-"""The rules of `CurlingSheet-v0`: how episodes begin, and what a throw does to them.
+"""Rules of `CurlingSheet-v0`: the start of episodes, and the effect of a throw.
 
-A throw goes from the state and an action to a state, an outcome and the parts of the reward. What
-simulates the throw is the only difference between the single and the vector environment.
+A throw maps a state and an action to a state, an outcome and the parts of the reward. Single and
+vector environments differ only in the simulator of throws.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ _DIRECTIONS = np.array([None, Direction.AWAY, Direction.HOME], dtype=object)
 
 
 class Sheets(NamedTuple):
-    """Episodes on n sheets at one moment; nothing in it ever changes.
+    """Episodes on n sheets at one moment, immutable.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class Sheets(NamedTuple):
 
 
 class Asked(NamedTuple):
-    """The options of a reset: the distribution of initial states, and the ice."""
+    """Options of a reset: the distribution of initial states, and the ice."""
 
     distribution: ResetDistribution
     ice: GivenIce = (None, None)
@@ -98,7 +98,7 @@ class Asked(NamedTuple):
 
 @rejects_unknown_keywords("CurlingSheet-v0")
 class SheetCore(Core[Sheets]):
-    """The options and rules of `CurlingSheet-v0`; see `CurlingSheetEnv`."""
+    """Options and rules of `CurlingSheet-v0`; see `CurlingSheetEnv`."""
 
     def __init__(
         self,
@@ -142,7 +142,7 @@ class SheetCore(Core[Sheets]):
             "level": level,
         }
         self._usual = Asked(reset_distribution(self._options, self.ice, self.task))
-        # Where nothing is random, all episodes begin alike: how they begin, and what is seen.
+        # Cached initial state and observation, if nothing is random.
         self._beginning: tuple[Sheets, Singles] | None = None
         check_level_counts(self._options)
         self._resting = self._usual.distribution.stone_count
@@ -156,7 +156,7 @@ class SheetCore(Core[Sheets]):
                 weights = {**asdict(self.task.weights), **weights}
             self.weights = dataclass_from(RewardWeights, "weights", weights)
         self.delivery = delivery_from(delivery)
-        # Chosen for the known ice: a range chosen for the true ice would give it away.
+        # Chosen for the known ice: a range chosen for the true ice would reveal it.
         self.throw_range = (
             widest_range(self.ices.known, hits=self._resting > 0, delivery=self.delivery)
             if throw_range is None
@@ -168,7 +168,7 @@ class SheetCore(Core[Sheets]):
 
     @property
     def ice(self) -> Ice:
-        """The ice of the environment; another one set here holds for episodes that begin later."""
+        """Ice of the environment; an assigned one applies to later episodes."""
         return self.ices.usual
 
     @ice.setter
@@ -178,16 +178,16 @@ class SheetCore(Core[Sheets]):
 
     @property
     def ice_sigma(self) -> bool:
-        """True if every episode draws an ice by the standard errors of the given ice."""
+        """True if every episode draws an ice within the standard errors of the given ice."""
         return self.ices.has_sigma
 
     @property
     def level(self) -> float | None:
-        """Difficulty of the positions, 0 to 1; a new value holds from the next episode on.
+        """Difficulty of the positions, 0 to 1; a new value applies from the next episode on.
 
         Raises
         ------
-        InputError : a value that is no level
+        InputError : an invalid level
         """
         return self._usual.distribution.level
 
@@ -198,17 +198,17 @@ class SheetCore(Core[Sheets]):
         self._options, self._beginning = options, None
 
     def throw_of(self, action: ArrayLike) -> Throw:
-        """The throw an action means."""
+        """Return the throw of an action."""
         return self.throw_range.throw_of(action)
 
     def action_of(self, throw: Throw) -> Singles:
-        """The action that means a throw; clipped where the throw is out of range."""
+        """Return the action of a throw, clipped to its range."""
         return self.throw_range.action_of(throw)
 
     # --- how episodes begin ---------------------------------------------------------------------
 
     def blank(self, count: int) -> Sheets:
-        """Sheets without stones, all throws played."""
+        """Return sheets without stones, with all throws played."""
         surface = self.ices.on(self.ice, self.ices.known[0])
         return Sheets(
             surfaces=(surface,) * count,
@@ -223,7 +223,7 @@ class SheetCore(Core[Sheets]):
         )
 
     def asked(self, options: Any, count: int) -> Asked:
-        """The distribution of initial states and the ice that a reset asks for.
+        """Return the distribution of initial states and the ice of a reset.
 
         Raises
         ------
@@ -359,11 +359,11 @@ class SheetCore(Core[Sheets]):
         return after, np.asarray(self.weights.total(verdict.parts)), [(rows, facts)]
 
     def are_over(self, episodes: Sheets) -> Flags:
-        """True where all throws are played."""
+        """Return which sheets have all throws played."""
         return episodes.played >= self.throws
 
     def _with_errors(self, meant: Floats, rngs: Sequence[np.random.Generator]) -> Floats:
-        """Speeds, angles and spins (n, 3) as they leave the hand of the player."""
+        """Return executed speeds, angles and spins (n, 3)."""
         thrown = meant + np.array([self.skill.error(rng) for rng in rngs])
         thrown[:, 0] = np.clip(thrown[:, 0], MIN_SPEED, MAX_SPEED)
         thrown[:, 2] = np.clip(thrown[:, 2], -MAX_SPIN, MAX_SPIN)
@@ -378,7 +378,7 @@ class SheetCore(Core[Sheets]):
     # --- what is seen ---------------------------------------------------------------------------
 
     def observed(self, episodes: Sheets) -> Singles:
-        """The observations of all sheets."""
+        """Return the observations of all sheets."""
         if self._beginning is not None and episodes is self._beginning[0]:
             return self._beginning[1].copy()
         stones, played, of_stones = episodes.stones[..., :2], episodes.played, episodes.of_stones
@@ -403,7 +403,7 @@ class SheetCore(Core[Sheets]):
         )
 
     def reported(self, episodes: Sheets, rows: Indices) -> Facts:
-        """The target in both frames and the direction."""
+        """Return the target in both frames and the direction."""
         direction, target = episodes.direction[rows], episodes.target[rows]
         return {
             "target": to_sheet(target, direction[:, None]),

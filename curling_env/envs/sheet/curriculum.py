@@ -23,7 +23,7 @@ from curling_env.errors import InputError
 
 @dataclass(frozen=True, kw_only=True)
 class Curriculum:
-    """Rule by which positions become harder or easier.
+    """Rule of the difficulty of positions.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class CurriculumProgress:
         self._recent: deque[bool] = deque(maxlen=curriculum.window)
 
     def update(self, successes: Iterable[bool]) -> float:
-        """The level after some more episodes, of which each was a success or not."""
+        """Return the level after further episodes, each a success or a failure."""
         curriculum = self.curriculum
         for success in successes:
             self._recent.append(bool(success))
@@ -75,7 +75,7 @@ class CurriculumProgress:
             share = sum(self._recent) / curriculum.window
             change = curriculum.step * ((share >= curriculum.harder) - (share < curriculum.easier))
             if change:
-                # Successes at another level say nothing about this one.
+                # Successes at another level do not count for this one.
                 self._recent.clear()
                 self.level = min(max(round(self.level + change, 9), 0.0), 1.0)
         return self.level
@@ -139,7 +139,7 @@ class VectorCurriculumWrapper(VectorWrapper[Any, Any, Any]):
         self._sheets.level = self.progress.level
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Throw a stone on every sheet; a new level holds for the episodes that begin later."""
+        """Throw a stone on every sheet; a new level applies to later episodes."""
         observations, rewards, terminated, truncated, info = self.env.step(actions)
         if np.any(terminated):
             ended = info.get("final_info", info)["success"]

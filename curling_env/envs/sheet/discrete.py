@@ -46,7 +46,7 @@ class DiscreteThrows(
         self.action_space: Any = spaces.Discrete(len(self.throws))
 
     def action(self, action: Any) -> Singles:
-        """The environment's action with that number."""
+        """Return the environment's action with that number."""
         return self.throws[int(action)]
 
 

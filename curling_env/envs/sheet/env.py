@@ -14,7 +14,7 @@ from curling_env.typing import Floats, Singles
 
 
 class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
-    """Throw stones to do a task: a draw to the button unless another task is asked for.
+    """Environment of throws for a task, by default a draw to the button.
 
     Parameters
     ----------
@@ -68,12 +68,12 @@ class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
 
     @property
     def thrown_ice(self) -> Ice:
-        """The ice that is thrown on in this episode."""
+        """Ice of this episode."""
         return self._episodes.surfaces[0].ice
 
     @property
     def known_ice(self) -> Ice:
-        """The ice as the agent knows it in this episode."""
+        """Known ice of this episode."""
         return self._episodes.surfaces[0].known.ice
 
     @property
@@ -83,17 +83,17 @@ class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
 
     @property
     def direction(self) -> Direction:
-        """The end played to in this episode."""
+        """End played to in this episode."""
         return Direction(int(self._episodes.direction[0]))
 
     @property
     def places(self) -> Floats:
-        """Places of the stones, the task's target stone first, (k, 2) sheet frame [m]."""
+        """Positions of the stones, the task's target stone first, (k, 2) sheet frame [m]."""
         places = self._episodes.stones[0, :, :2]
         return places[~np.isnan(places[:, 0])]
 
     def ice_features(self, direction: Direction) -> Singles:
-        """Return the ice features that the agent knows, towards an end; see `KnownIce.features`."""
+        """Return the known ice features, towards an end; see `KnownIce.features`."""
         return self._episodes.surfaces[0].features(direction)
 
     # --- the parts -----------------------------------------------------------------------------

@@ -1,7 +1,7 @@
-"""Observation of `CurlingSheet-v0`: the target, the stones, and what is known of the ice.
+"""Observation of `CurlingSheet-v0`: the target, the stones, and the known ice.
 
-Everything is in the delivery frame and scaled to [-1, 1], so that what is learnt towards one end
-serves towards the other. `names` says what each number is.
+Everything is in the delivery frame and scaled to [-1, 1], so that a policy learned towards one end
+applies to the other. `names` lists the numbers.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ CLOCK_SCALE = 3600.0
 
 @dataclass(frozen=True, kw_only=True)
 class SheetObservation:
-    """Makes the observations of `CurlingSheet-v0`.
+    """Maker of the observations of `CurlingSheet-v0`.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class SheetObservation:
         return np.array([self.width / 2, LENGTH_SCALE])
 
     def scaled(self, xy: ArrayLike) -> Floats:
-        """Positions (..., 2) in the delivery frame [m] on the scale of the observation."""
+        """Scale positions (..., 2) in the delivery frame [m] for the observation."""
         return np.asarray(xy, dtype=np.float64) / self._scale
 
     def vector(
@@ -73,7 +73,7 @@ class SheetObservation:
         own: ArrayLike,
         of_stones: Singles | None,
     ) -> Singles:
-        """The observation of one sheet, or of many with leading dimensions (...).
+        """Return the observation of one sheet, or of many with leading dimensions (...).
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Simulators of the throws of `CurlingSheet-v0`: the engine one by one, or the batch together."""
+"""Simulators of the throws of `CurlingSheet-v0`: the engine one by one, or the batch."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from curling_env.typing import Floats, Integers, Singles
 
 
 class Surface(Field):
-    """The ice of an episode, with what plays on it and what is known of it.
+    """Ice of an episode, with its simulator and its known ice.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class Surface(Field):
         self.stone_radius = ice.stone.radius
 
     def features(self, direction: Direction) -> Singles:
-        """Return the ice features that the agent knows, towards an end; see `KnownIce.features`."""
+        """Return the known ice features, towards an end; see `KnownIce.features`."""
         return self.known.features(direction)
 
     @cached_property
@@ -59,7 +59,7 @@ class Surface(Field):
 
 
 class DrawnSurface(Surface):
-    """One of many ices that were drawn at once; most of it is made on first access.
+    """One of many ices drawn at once; most of it is computed on first access.
 
     Parameters
     ----------
@@ -72,24 +72,24 @@ class DrawnSurface(Surface):
         self.of_stones, self.stone_radius = field.of_stones, field.ice.stone.radius
 
     def features(self, direction: Direction) -> Singles:
-        """Return the ice features that the agent knows, towards an end."""
+        """Return the known ice features, towards an end."""
         return self.drawn.features(direction)[self.place]
 
     @cached_property
     def ice(self) -> Ice:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The ice thrown on."""
+        """Ice of the throws."""
         return self.drawn.ices.ices.ice(self.place)
 
     @cached_property
     def known(self) -> KnownIce:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The ice as the agent knows it."""
+        """Known ice."""
         distribution = self.drawn.distribution
         estimate = self.drawn.ices.estimate(self.place)
         return KnownIce(distribution.as_known(estimate, distribution.knows))
 
 
 class DrawnField(Field):
-    """Many ices that were drawn at once, on which throws are simulated together.
+    """Many ices drawn at once, on which throws are simulated together.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ class DrawnField(Field):
         self._features: dict[Direction, Singles] = {}
 
     def features(self, direction: Direction) -> Singles:
-        """Return the features of the ices that agents know, (n, m)."""
+        """Return the features of the known ices, (n, m)."""
         if direction not in self._features:
             self._features[direction] = self.distribution.features(self.ices, direction)
         return self._features[direction]
@@ -113,7 +113,7 @@ class DrawnField(Field):
 def drawn_surfaces(
     distribution: RandomIces, ices: DrawnIces, identifiers: Sequence[int]
 ) -> list[Surface]:
-    """The surfaces of many ices that were drawn at once."""
+    """Return the surfaces of many ices drawn at once."""
     of_stones = _of_stones(KnownIce(distribution.family.base), identifiers)
     field = DrawnField(distribution, ices, of_stones)
     return [DrawnSurface(field, k) for k in range(len(ices.estimated))]
@@ -125,7 +125,7 @@ def _of_stones(known: KnownIce, identifiers: Sequence[int]) -> Singles:
 
 
 class Throws(NamedTuple):
-    """Throws about to be made on n sheets.
+    """Throws to be made on n sheets.
 
     Parameters
     ----------
@@ -150,11 +150,11 @@ class Throws(NamedTuple):
 
     @property
     def each(self) -> list[Throw]:
-        """The throws as objects."""
+        """Return the throws as objects."""
         return [Throw(speed=v, angle=a, spin=s) for v, a, s in self.numbers.tolist()]
 
 
-class Flown(NamedTuple):
+class ThrowOutcomes(NamedTuple):
     """Outcomes of throws on n sheets.
 
     Parameters
@@ -173,11 +173,11 @@ class Flown(NamedTuple):
     records: dict[str, list[Any]]
 
 
-ThrowPlayer = Callable[[Throws], Flown]
+ThrowPlayer = Callable[[Throws], ThrowOutcomes]
 
 
 class PlayOneByOne:
-    """The engine, which solves contacts by pymunk and keeps trajectories.
+    """Engine that solves contacts by pymunk and keeps trajectories.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ class PlayOneByOne:
     def __init__(self, fps: float) -> None:
         self._fps = fps
 
-    def __call__(self, throws: Throws) -> Flown:
+    def __call__(self, throws: Throws) -> ThrowOutcomes:
         n, k = throws.stones.shape[:2]
         stones, last = np.full((n, k + 1, 3), np.nan), np.empty((n, 2))
         outcomes: list[Outcome] = []
@@ -198,7 +198,7 @@ class PlayOneByOne:
                     stones[row, slot] = stone.x, stone.y, stone.theta
             last[row] = outcome.delivered.x, outcome.delivered.y
             outcomes.append(outcome)
-        return Flown(
+        return ThrowOutcomes(
             stones=stones,
             last=last,
             status=np.array([one.delivered_status.value for one in outcomes]),
@@ -210,7 +210,7 @@ class PlayOneByOne:
         )
 
     def _play(self, throws: Throws, row: int, throw: Throw) -> tuple[Outcome, list[int]]:
-        """The outcome of one throw, and the slots of its stones."""
+        """Return the outcome of one throw, and the slots of its stones."""
         there = [(k, *place) for k, place in enumerate(throws.stones[row].tolist())]
         there = [(k, x, y, theta) for k, x, y, theta in there if x == x]  # not NaN
         order = int(throws.order[row])
@@ -232,8 +232,8 @@ class PlayOneByOne:
         return outcome, [*(k for k, *_ in there), len(throws.identifiers)]
 
 
-def play_together(throws: Throws) -> Flown:
-    """Simulate throws together where they share an ice and a direction, without trajectories.
+def play_together(throws: Throws) -> ThrowOutcomes:
+    """Simulate throws together if they share an ice and a direction, without trajectories.
 
     Raises
     ------
@@ -263,4 +263,4 @@ def play_together(throws: Throws) -> Flown:
         last[rows], time[rows] = after.last[:, -1], after.time
         status[rows] = field.statuses(after, end)[:, -1]
     stones[status != Status.REST.value, -1] = np.nan
-    return Flown(stones=stones, last=last, status=status, time=time, records={})
+    return ThrowOutcomes(stones=stones, last=last, status=status, time=time, records={})

@@ -59,7 +59,7 @@ class Shown:
     last: dict[str, Any] | None
 
     def scene(self, *, at_rest: bool = True) -> DrawnScene:
-        """The stones and the target, and in words the last throw.
+        """Return the stones and the target, and the last throw in words.
 
         Parameters
         ----------
@@ -94,20 +94,20 @@ class Shown:
 
 
 class SheetRenderer(ClipRenderer[Shown]):
-    """Draws `CurlingSheet-v0`."""
+    """Renderer of `CurlingSheet-v0`."""
 
     title = "CurlingSheet-v0"
     window_speed = 8.0  # a draw takes 25 s
 
     def picture(self, clip: Shown) -> Image:
-        """The sheet with the path of the last throw, (720, 1280, 3) RGB."""
+        """Return the sheet with the path of the last throw, (720, 1280, 3) RGB."""
         scene = clip.scene()
         if clip.last is not None:
             scene = scene_at(scene, clip.before, clip.last["outcome"], math.inf, _handle_colour)
         return self.sheet(clip.ice, clip.direction).draw(scene)
 
     def frames(self, clip: Shown, speed: float) -> Iterator[Image]:
-        """The last throw as a film, `speed` times as fast as it happened."""
+        """Yield the frames of the last throw at `speed` times the true speed."""
         if clip.last is None:
             yield self.picture(clip)
             return
@@ -124,5 +124,5 @@ class SheetRenderer(ClipRenderer[Shown]):
 
 
 def _handle_colour(stone: int) -> Colour:
-    """The agent's stones are red, the others yellow."""
+    """Return the handle colour: red for the agent's stones, yellow for the others."""
     return RED if stone >= FIRST_OWN_STONE else YELLOW

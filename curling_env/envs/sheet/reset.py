@@ -29,19 +29,19 @@ DirectionOption = Direction | Literal["away", "home", "random"]
 FIRST_OWN_STONE = 100
 """Identifiers of the agent's stones start here; stones laid at reset count from 0."""
 POSITION_OPTIONS = ("target", "stones", "direction", "level")
-"""Options that decide how an episode begins."""
+"""Options of the start of an episode."""
 RESET_OPTIONS = (*POSITION_OPTIONS, "ice", "known_ice")
 """Names of the `options` of `reset`."""
 
-# Where random stones lie, delivery frame: in the house and before it. These are choices.
+# Positions of random stones, delivery frame: in the house and before it (chosen).
 STONES_X = (-1.6, 1.6)
 """Range of their x [m]."""
 STONES_Y = (-4.0, 1.6)
 """Range of their y [m]."""
 MIN_GAP = 0.02
-"""Smallest gap between two of them [m]."""
+"""Minimum gap between two of them [m]."""
 MAX_TRIES = 100
-"""Places tried for each of them before the house counts as full."""
+"""Maximum number of tried positions for each of them."""
 
 
 class InitialState(NamedTuple):
@@ -65,7 +65,7 @@ class ResetDistribution:
 
     Parameters
     ----------
-    task : what a throw is asked to do
+    task : task of the throw
     direction : the end played to; None for either
     goal : (2,) the task's goal, delivery frame [m]; None for a random one
     level : difficulty, 0 to 1: how far random goals spread from the task's easiest goal, and up to
@@ -84,7 +84,7 @@ class ResetDistribution:
 
     @property
     def stone_count(self) -> int:
-        """The largest number of stones on the sheet when an episode begins."""
+        """Maximum number of stones at the start of an episode."""
         others = self.stones if isinstance(self.stones, int) else len(self.stones)
         return others + self.task.has_target_stone
 
@@ -95,7 +95,7 @@ class ResetDistribution:
         return self.direction is not None and self.goal is not None and no_random_stones
 
     def on(self, radius: float) -> ResetDistribution:
-        """The same distribution with stones of another radius [m]."""
+        """Return the same distribution with stones of another radius [m]."""
         return self if radius == self.stone_radius else replace(self, stone_radius=radius)
 
     def sample(self, rng: np.random.Generator) -> InitialState:
@@ -120,7 +120,7 @@ class ResetDistribution:
         return InitialState(direction=direction, target=target, places=places)
 
     def _sample_goal(self, rng: np.random.Generator) -> Floats:
-        """A random goal of the task; a target stone there touches none of the stones given."""
+        """Draw a goal of the task; a target stone there touches none of the given stones."""
         level = 1.0 if self.level is None else self.level
         placed = np.empty((0, 2)) if isinstance(self.stones, int) else self.stones
         for _ in range(MAX_TRIES):
@@ -129,10 +129,10 @@ class ResetDistribution:
             apart = np.hypot(*(placed - goal).T)
             if not self.task.has_target_stone or (apart >= 2 * self.stone_radius + MIN_GAP).all():
                 return goal
-        raise InputError("there is no room for the target stone among the stones given")
+        raise InputError("there is no room for the target stone among the given stones")
 
     def _sample_stones(self, count: int, rng: np.random.Generator, taken: Floats) -> Floats:
-        """Random places of stones that touch neither each other nor those taken; (count, 2)."""
+        """Draw positions of stones that touch neither each other nor others; (count, 2)."""
         (left, right), (near, far) = STONES_X, STONES_Y
         least = 2 * self.stone_radius + MIN_GAP
         places: list[tuple[float, float]] = [(x, y) for x, y in taken.tolist()]
@@ -148,13 +148,13 @@ class ResetDistribution:
 
 
 def reset_distribution(options: Mapping[str, Any], ice: Ice, task: Task) -> ResetDistribution:
-    """The distribution of initial states that options ask for.
+    """Return the distribution of initial states from the options.
 
     Parameters
     ----------
     options : all of POSITION_OPTIONS, as `CurlingSheetEnv` takes them
     ice : the ice, which knows the size of sheet and stone
-    task : what a throw is asked to do
+    task : task of the throw
 
     Raises
     ------
@@ -175,7 +175,7 @@ def reset_distribution(options: Mapping[str, Any], ice: Ice, task: Task) -> Rese
 
 
 def check_level_counts(options: Mapping[str, Any]) -> None:
-    """Refuse a level where target and stones already say how every episode begins.
+    """Refuse a level if target and stones already determine the start of every episode.
 
     Raises
     ------
@@ -184,10 +184,7 @@ def check_level_counts(options: Mapping[str, Any]) -> None:
     target, stones = options["target"], options["stones"]
     given = target is not None and not isinstance(target, str)
     if options["level"] is not None and given and not (is_whole_number(stones) and stones):
-        raise InputError(
-            "a level says how far the target spreads and how many stones lie; with a target and no "
-            "number of stones it has no meaning"
-        )
+        raise InputError("level needs a random target or a number of stones, which it scales")
 
 
 def _direction(direction: Any) -> Direction | None:

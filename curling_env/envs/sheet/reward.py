@@ -15,7 +15,7 @@ from curling_env.sheet import HOUSE_RADIUS
 from curling_env.typing import Floats
 
 MAX_MISS = 10.0
-"""A stone farther from its target than this is rewarded as if it lay at this distance [m]."""
+"""Maximum distance from the target that counts in the reward [m]."""
 PRECISION_LENGTH = 0.5
 """Distance from the target at which the part `precision` has fallen to 1/e [m]."""
 
@@ -46,7 +46,7 @@ class RewardParts:
     success: Values
 
     def as_dict(self) -> dict[str, Values]:
-        """The parts by name."""
+        """Return the parts by name."""
         return {name: getattr(self, name) for name in PARTS}
 
 
@@ -79,13 +79,13 @@ class RewardWeights:
                 raise InputError(f"the weight of {part.name} must be finite, got {value}")
 
     def total(self, parts: RewardParts) -> Values:
-        """The reward: the weighted sum of the parts."""
+        """Return the reward: the weighted sum of the parts."""
         return sum(getattr(self, name) * getattr(parts, name) for name in PARTS)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Landing:
-    """Places in which a throw left the stones that its task is about.
+    """Final positions of the stones that matter to the task.
 
     Positions are in the delivery frame [m]. The leading dimensions (...) are those of the throws,
     none for a single throw.
@@ -110,27 +110,27 @@ class Landing:
 
     @property
     def distance_m(self) -> Any:
-        """Distance from the target to where the delivered stone ended, (...) [m]."""
+        """Distance of the delivered stone's final position from the target, (...) [m]."""
         return _distance(self.stone, self.target)
 
     @property
     def in_house(self) -> Any:
-        """True where the delivered stone stayed in play and touches the house, (...)."""
+        """True if the delivered stone stayed in play and touches the house, (...)."""
         return self.in_play & (_distance(self.stone, 0.0) <= HOUSE_RADIUS + self.stone_radius)
 
     @property
     def is_out(self) -> Any:
-        """True where the target stone left play, (...); False where there was none."""
+        """True if the target stone left play, (...); False without a target stone."""
         return np.isnan(self.target_stone[..., 0]) & ~np.isnan(self.target_stone_before[..., 0])
 
     @property
     def pushed(self) -> Any:
-        """Distance that the target stone was pushed, (...) [m]; NaN where it left play."""
+        """Distance that the target stone was pushed, (...) [m]; NaN if it left play."""
         return _distance(self.target_stone, self.target_stone_before)
 
     @property
     def gap(self) -> Any:
-        """Gap between the delivered and the target stone, (...) [m]; NaN where one left play."""
+        """Gap between the delivered and the target stone, (...) [m]; NaN if one left play."""
         return _distance(self.stone, self.target_stone) - 2 * self.stone_radius
 
 
@@ -158,7 +158,7 @@ class Verdict:
 
 
 def judge(landing: Landing, success: Any) -> Verdict:
-    """Judge where the stones of a throw ended.
+    """Evaluate the final positions of a throw's stones.
 
     Parameters
     ----------

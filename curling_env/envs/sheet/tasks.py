@@ -1,12 +1,12 @@
 """Tasks of a throw: draw, guard, takeout, hit and stay, peel, freeze.
 
-A task says where its goal lies, whether a target stone lies there, when it counts as done, and how
-the parts of the reward are weighted. One formula serves a single throw and arrays of many throws.
-Positions are in the delivery frame.
+A task defines its goal, a target stone there, the condition of success, and the weights of the
+parts of the reward. One formula serves a single throw and arrays of many throws. Positions are in
+the delivery frame.
 
-A custom task is a class with the attributes and methods of `Task` that can be made without
-arguments. Hand an object of it to the environment, name it as ``module:Class``, or declare it
-under the entry-point group `curling.tasks`.
+A custom task is a class with the attributes and methods of `Task`, constructible without arguments.
+Pass an object of it to the environment, name it as ``module:Class``, or declare it under the
+entry-point group `curling.tasks`.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from curling_env.infrastructure.plugins import load_plugin, plugin_names
 from curling_env.sheet import HOUSE_RADIUS, RING_RADII
 
 TASK_GROUP = "curling.tasks"
-"""The entry-point group of tasks: classes that can be made without arguments, or objects."""
+"""Entry-point group of tasks: classes constructible without arguments, or objects."""
 
 DRAW_RADIUS = RING_RADII[2]
-"""Largest distance from its target at which a draw is made: the 4-foot ring's radius [m]."""
+"""Maximum distance from its target of a successful draw: the 4-foot ring's radius [m]."""
 TARGET_STONE_SPREAD = 0.9 * HOUSE_RADIUS
-"""Largest distance from the tee at which random target stones lie [m]."""
+"""Maximum distance of random target stones from the tee [m]."""
 
 Shooter = Literal["any", "stays", "leaves"]
 
@@ -39,26 +39,26 @@ class Task(Protocol):
 
     @property
     def name(self) -> str:
-        """The name by which the task is asked for."""
+        """Name of the task."""
         ...
 
     @property
     def has_target_stone(self) -> bool:
-        """True if a stone lies on the goal, to be hit or frozen to. It is the sheet's first."""
+        """True if a stone is on the goal, to be hit or frozen to. It is the first of the sheet."""
         ...
 
     @property
     def easiest_goal(self) -> tuple[float, float]:
-        """The goal (x, y) of the easiest position [m]."""
+        """Goal (x, y) of the easiest position [m]."""
         ...
 
     @property
     def weights(self) -> RewardWeights:
-        """Weights of the parts of the reward, unless the environment is given others."""
+        """Default weights of the parts of the reward."""
         ...
 
     def sample_goal(self, level: float, u: float, v: float) -> tuple[float, float]:
-        """A random goal (x, y) [m].
+        """Draw a goal (x, y) [m].
 
         Parameters
         ----------
@@ -92,28 +92,28 @@ class DrawTask:
     weights: RewardWeights = field(default_factory=RewardWeights)
 
     def sample_goal(self, level: float, u: float, v: float) -> tuple[float, float]:
-        """A place in the house; the whole house at level 1."""
+        """Draw a place in the house; at level 1 in all of it."""
         return _in_disc(level * HOUSE_RADIUS, u, v)
 
     def target(self, goal: Any, stone_radius: float) -> Any:
-        """The goal itself."""
+        """Return the goal."""
         return goal
 
     def is_done(self, landing: Landing) -> Any:
-        """In play and near enough to the target."""
+        """Return true in play and near enough to the target."""
         return landing.in_play & (landing.distance_m <= self.radius)
 
 
 @dataclass(frozen=True, kw_only=True)
 class GuardTask:
-    """Come to rest before the house, to cover what lies behind.
+    """Come to rest before the house, as cover for stones behind.
 
     The guard is made if the stone is in play before the house, at most a stone's width from the
     goal sideways, and near enough to it along play.
 
     Parameters
     ----------
-    length_error : how much longer or shorter than asked the guard may lie [m]
+    length_error : maximum distance of the guard from its target along the sheet [m]
     spread : largest distance of random goals from the easiest, sideways and along play [m]
     """
 
@@ -127,17 +127,19 @@ class GuardTask:
     )
 
     def sample_goal(self, level: float, u: float, v: float) -> tuple[float, float]:
-        """A place before the house, from centre to corner guards, long and short ones."""
+        """Draw a place before the house, from centre to corner guards, long and short ones."""
         sideways, along = self.spread
         x, y = self.easiest_goal
         return x + level * sideways * (2 * u - 1), y + level * along * (2 * v - 1)
 
     def target(self, goal: Any, stone_radius: float) -> Any:
-        """The goal itself."""
+        """Return the goal."""
         return goal
 
     def is_done(self, landing: Landing) -> Any:
-        """In play, before the house, and near enough to the target sideways and along play."""
+        """Return true in play, before the house, and near enough to the target sideways and along
+        play.
+        """
         off = np.abs(landing.stone - landing.target)
         return (
             landing.in_play
@@ -169,7 +171,7 @@ class TakeoutTask:
     )
 
     def sample_goal(self, level: float, u: float, v: float) -> tuple[float, float]:
-        """A place in the house; nearly the whole house at level 1."""
+        """Draw a place in the house; at level 1 in nearly all of it."""
         return _in_disc(level * TARGET_STONE_SPREAD, u, v)
 
     def target(self, goal: Any, stone_radius: float) -> Any:
@@ -177,7 +179,9 @@ class TakeoutTask:
         return goal
 
     def is_done(self, landing: Landing) -> Any:
-        """The target stone is out of play, and the delivered stone is where it should be."""
+        """Return true if the target stone is out of play and the delivered stone meets its
+        condition.
+        """
         if self.shooter == "stays":
             return landing.is_out & landing.in_play
         if self.shooter == "leaves":
@@ -206,15 +210,17 @@ class FreezeTask:
     weights: RewardWeights = field(default_factory=lambda: RewardWeights(removed=-1.0, success=1.0))
 
     def sample_goal(self, level: float, u: float, v: float) -> tuple[float, float]:
-        """A place in the house; nearly the whole house at level 1."""
+        """Draw a place in the house; at level 1 in nearly all of it."""
         return _in_disc(level * TARGET_STONE_SPREAD, u, v)
 
     def target(self, goal: Any, stone_radius: float) -> Any:
-        """The place straight before the target stone where both touch."""
+        """Return the place straight before the target stone where both touch."""
         return np.asarray(goal) - np.array([0.0, 2 * stone_radius])
 
     def is_done(self, landing: Landing) -> Any:
-        """In play, before the target stone, near enough to it, and it was hardly pushed."""
+        """Return true in play, before the target stone and near enough, with the target stone
+        hardly pushed.
+        """
         return (
             landing.in_play
             & (landing.stone[..., 1] < landing.target_stone[..., 1])
@@ -224,13 +230,13 @@ class FreezeTask:
 
 
 def _in_disc(radius: float, u: float, v: float) -> tuple[float, float]:
-    """A point of a disc about the tee, uniformly distributed where u and v are."""
+    """Return a point of a disc about the tee, uniformly distributed if u and v are."""
     distance, turn = radius * sqrt(u), 2 * pi * v
     return distance * cos(turn), distance * sin(turn)
 
 
 def _takeout_with(name: str, shooter: Shooter, out_of_play: float) -> TakeoutTask:
-    """A takeout that asks something of the delivered stone and weighs whether it leaves play."""
+    """Return a takeout with a condition on the delivered stone and a weight of its leaving play."""
     weights = RewardWeights(
         distance=0.25,
         precision=0.0,
@@ -253,16 +259,16 @@ TASKS: dict[str, Task] = {
         FreezeTask(),
     )
 }
-"""The project's own tasks by name."""
+"""Built-in tasks by name."""
 
 
 def task_names() -> list[str]:
-    """Names of the tasks: the project's own, then those that installed packages declare."""
+    """Return the names of the tasks: built-in ones, then those of installed packages."""
     return [*TASKS, *(name for name in plugin_names(TASK_GROUP) if name not in TASKS)]
 
 
 def task_named(name: str | Task) -> Task:
-    """The task of that name; a `Task` is returned as it is.
+    """Return the task of that name; a `Task` is returned unchanged.
 
     Parameters
     ----------
@@ -270,7 +276,7 @@ def task_named(name: str | Task) -> Task:
 
     Raises
     ------
-    InputError : an unknown name, or something that is no task
+    InputError : an unknown name, or an object that is not a task
     """
     if not isinstance(name, str):
         task = name
@@ -283,7 +289,7 @@ def task_named(name: str | Task) -> Task:
         parts = [part for part in vars(Task) if not part.startswith("_")]
         missing = next(part for part in parts if not hasattr(task, part))
         raise InputError(
-            f"{str(name)[:60]!r} is no task: it has no {missing}; give one of "
+            f"{str(name)[:60]!r} is not a task (it has no {missing}); expected one of "
             f"{', '.join(task_names())}, module:Class, or a Task"
         )
     return task

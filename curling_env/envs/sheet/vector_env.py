@@ -1,4 +1,4 @@
-"""Many sheets of `CurlingSheet-v0` side by side, whose throws are simulated together."""
+"""Many sheets of `CurlingSheet-v0` with throws simulated together."""
 
 from __future__ import annotations
 
@@ -53,6 +53,6 @@ class CurlingSheetVectorEnv(SheetCore, EnvsTogether[Sheets]):
             self.player = play_together
         if self.observation.slots > MOST_STONES:
             raise InputError(
-                f"many sheets at once hold at most {MOST_STONES} stones each, got "
-                f"{self.observation.slots} with the throws"
+                f"expected at most {MOST_STONES} stones on each sheet of a vector environment, "
+                f"got {self.observation.slots} with the throws"
             )

@@ -1,8 +1,8 @@
 """Compiled derivatives of a stone's picture by the parameters of its shape and by its heading.
 
-One parameter after the other is changed. Only what depends on it is painted again, and only where
-its light changes it is blurred: colouring and blurring are linear, so that the change is blurred
-and not the picture.
+One parameter after the other is changed. Only the parts that depend on it are painted again, and
+only changed light is blurred: colouring and blurring are linear, so that the change is blurred and
+not the picture.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def picture_changes(
             _compose(softer, first, last, behind, noise, step, 0, 0, out)
             continue
         first, last = 0, 5
-        if kinds[p] == GRIP:  # where more of a handle is seen, its light takes the body's place
+        if kinds[p] == GRIP:  # the handle's light replaces the body's
             turned = theta + turn
             paint_handle(x, y, turned, moved, ray_xy, ray_slope, scale, rows, columns, other)
             for c in range(5):

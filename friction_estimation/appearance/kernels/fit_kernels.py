@@ -10,7 +10,7 @@ from friction_estimation.appearance.shape import (
 )
 
 PIXELS_AT_ONCE = 256
-"""Pixels of which normal equations are summed at once."""
+"""Number of pixels whose normal equations are summed at once."""
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
@@ -149,8 +149,8 @@ def robust_misfit(picture, behind, seen, noise, outlier_at):
 def normal_equations(jacobian, residual, weight, normal, right):
     """Fill the normal equations of a weighted least-squares problem.
 
-    Written out, because a threaded library call on such slim matrices mostly waits for its threads,
-    and because many derivatives are zero in some channels.
+    Explicit loops, because a threaded library call on such slim matrices mostly waits for its
+    threads, and many derivatives are zero in some channels.
 
     Parameters
     ----------
@@ -177,14 +177,14 @@ def normal_equations(jacobian, residual, weight, normal, right):
                 right[p] += total
                 active[count] = p
                 count += 1
-        # Few enough pixels that data read repeatedly stays in the fastest memory.
+        # Few enough pixels for repeatedly read data to stay in the fastest memory.
         for start in range(0, n, PIXELS_AT_ONCE):
             end = min(start + PIXELS_AT_ONCE, n)
             for a in range(count):
                 p = active[a]
                 own = jacobian[p, channel, start:end]
                 for b in range(0, a + 1, 4):
-                    # The last ones may be reckoned twice.
+                    # The last ones may be computed twice.
                     q0, q1 = active[b], active[min(b + 1, a)]
                     q2, q3 = active[min(b + 2, a)], active[min(b + 3, a)]
                     one, two = jacobian[q0, channel, start:end], jacobian[q1, channel, start:end]

@@ -1,6 +1,6 @@
-"""Compiled painting of a stone: how much of every fine pixel each of its parts covers.
+"""Compiled painting of a stone: the share of every fine pixel that each of its parts covers.
 
-The body is a stack of cones, of which the line of sight of a pixel is compared with every one; the
+The body is a stack of cones, with each of which the line of sight of a pixel is intersected; the
 handle is a bar and a round base, cut into level slices.
 """
 
@@ -66,9 +66,9 @@ NORMAL_MIRROR = 0.02
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
 def _ramp(distance):
-    """The share of a fine pixel inside an edge at a signed distance [fine pixels].
+    """Share of a fine pixel inside an edge at a signed distance [fine pixels].
 
-    As wide as a square pixel's (`EDGE_WIDTH`), and smooth at both ends.
+    The transition is as wide as a square pixel's (`EDGE_WIDTH`), and smooth at both ends.
     """
     inside = min(max(0.5 - distance / EDGE_WIDTH, 0.0), 1.0)
     return inside * inside * (3 - 2 * inside)
@@ -76,11 +76,10 @@ def _ramp(distance):
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
 def _outline(shape, nodes, turned, level):
-    """Fill in the outline of the body and how its surface is turned there.
+    """Fill in the outline of the body and the direction of its surface there.
 
-    Between two circles both change evenly. If whole cones had one colour each, the picture would
-    change in jumps where their edges pass from one fine pixel to the next, and a fit would end
-    where the last jump left it.
+    Between two circles both change linearly. If each cone had a single colour, the picture would
+    jump where its edges pass from one fine pixel to the next, and a fit would stop at such a jump.
 
     Parameters
     ----------
@@ -105,8 +104,8 @@ def _outline(shape, nodes, turned, level):
         i = FOOT_STRIPS + 1 + k
         nodes[i, 0] = height - bevel_height * (1 - sine ** (2 / roundness))
         nodes[i, 1] = radius - bevel_inset * (1 - cosine ** (2 / roundness))
-    # The more the surface is turned, the more it has the colour of foot or bevel; where it is
-    # turned most, it has all of it. The side between them stands upright.
+    # The more the surface is inclined, the closer its colour is to that of foot or bevel. The side
+    # between them is vertical.
     turned[FOOT_STRIPS], turned[FOOT_STRIPS + 1] = 0.0, 0.0
     level[FOOT_STRIPS], level[FOOT_STRIPS + 1] = 1.0, 1.0
     for first, last, end, step in (
@@ -140,7 +139,7 @@ def _px_per_metre(dx, dy, z, scale):
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
 def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
-    """Paint the body: how much of every fine pixel each of its parts covers.
+    """Paint the body: the share of every fine pixel that each of its parts covers.
 
     Parameters
     ----------
@@ -171,7 +170,7 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
             i0, j0 = row * FINE, column * FINE
             lx, ly = ray_slope[row * columns + column, 0], ray_slope[row * columns + column, 1]
             fx, fy = ray_xy[row * columns + column, 0] - x, ray_xy[row * columns + column, 1] - y
-            # Most pixels are all top or all ice and need no closer look.
+            # Most pixels are all top or all ice and need no closer examination.
             ox, oy = fx + top_z * lx, fy + top_z * ly
             whole = 1.0 if ox * ox + oy * oy < surely_top * surely_top else 0.0
             c2 = lx * lx + ly * ly
@@ -200,7 +199,7 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
                     for k in range(TOP + 1):
                         planes[k, i, j] = 0.0
                     planes[LIT, i, j] = 0.0
-                    # Where the ray comes nearest to the stone's axis, within its height.
+                    # Point of the ray nearest to the stone's axis, within its height.
                     z = min(max(-c1 / (c2 + 1e-12), 0.0), height)
                     cover, seen, strip, z_nearest, upper_edge = 0.0, -1, 0, 0.0, 0.0
                     if c0 + z * (2 * c1 + z * c2) < reach * reach:
@@ -244,7 +243,7 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
                         planes[TOP, i, j] = top
                         side = cover - top
                         if side > 0.0:
-                            # Where the ray meets the cone that is seen, from above.
+                            # Intersection of the ray with the visible cone, from above.
                             z = z_nearest
                             if seen >= 0:
                                 strip = min(seen, NODES - 2)

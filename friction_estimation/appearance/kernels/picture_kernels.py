@@ -1,4 +1,4 @@
-"""Compiled arithmetic of pictures: colouring, blur, what a stone changes."""
+"""Compiled operations on pictures: colouring, blur, the change by a stone."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ BLUR_REACH = 3.2
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
 def colour_planes(planes, handle, colours, coloured):
-    """Fill in the light of a painted stone in every fine pixel, and what it hides of the ice.
+    """Fill in the light of a painted stone in every fine pixel, and the light of the ice that it
+    hides.
 
     Parameters
     ----------
@@ -60,7 +61,7 @@ def colour_planes(planes, handle, colours, coloured):
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
 def blur(planes, rows, columns, sigma, shift_u, shift_v, sloped, out):
-    """Fill in fine planes as the camera's pixels see them, moved by a shift.
+    """Fill in fine planes at the camera's resolution, moved by a shift.
 
     Parameters
     ----------

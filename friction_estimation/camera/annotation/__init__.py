@@ -1,5 +1,6 @@
-"""Marking the ice in a camera's picture by hand, on a small page in the user's own browser.
+"""Marking of the ice in a camera's picture by hand, on a small page in the user's browser.
 
-`annotate` is what the clicks mean: the camera, the paint drawn back, the view from above; `page` is
-what the page is answered, wherever it is served; `server` serves it alone, to this machine only.
+`annotate` evaluates the clicks: the camera, the projected paint, the view from above; `page`
+answers the page's requests, independent of the server; `server` serves it separately, to this
+machine only.
 """

@@ -37,7 +37,7 @@ from friction_estimation.film.video import Film
 STILLS = 9
 """Number of frames of a film that the page offers."""
 MAX_STILL_PIXELS = 60_000_000
-"""Pixels of all these frames together; of larger frames fewer are taken."""
+"""Maximum number of pixels of all these frames together; of larger frames fewer are used."""
 VIEW_PX_PER_M = 26.0
 """Scale of the view from above [px/m]."""
 
@@ -47,7 +47,7 @@ Clicks: TypeAlias = Mapping[str, tuple[float, float]]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AnnotatedCamera:
-    """The camera that follows from a set of clicks.
+    """Camera from a set of clicks.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class AnnotatedCamera:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Annotation:
-    """A film, or one picture, in which keypoints of the ice are clicked.
+    """Film or picture in which keypoints of the ice are clicked.
 
     Parameters
     ----------
@@ -114,13 +114,13 @@ class Annotation:
             most = max(3, MAX_STILL_PIXELS // (film.size[0] * film.size[1]))
             frames = [frame for _, frame in film.sample(min(STILLS, most))]
             if not frames:
-                raise InputError("not a film that can be decoded", source=path)
+                raise InputError("cannot be decoded; expected a film", source=path)
             stills = [_median(frames), *frames]
         return cls(name=path.name, stills=stills, sheet=sheet, known=known or {})
 
     @classmethod
     def from_scene(cls, path: str | Path, scene: Scene) -> Annotation:
-        """Continue from a scene; its points, its sheet and everything else in it are kept.
+        """Continue from a scene; everything in it is kept.
 
         Raises
         ------
@@ -135,8 +135,8 @@ class Annotation:
             name = names.get((np.round(xy, 3) + 0.0).tobytes())
             if name is None:
                 raise InputError(
-                    "only corners and crossings of lines can be clicked on the page; "
-                    f"({xy[0]:g}, {xy[1]:g}) m is neither",
+                    f"({xy[0]:g}, {xy[1]:g}) m cannot be marked on the page; expected a corner or "
+                    "a crossing of lines",
                     source=scene.source,
                     where=f"points[{i}]",
                 )
@@ -153,7 +153,7 @@ class Annotation:
         return columns, rows
 
     def scene(self, clicks: Clicks) -> Scene:
-        """The scene that holds these clicks.
+        """Return the scene of these clicks.
 
         The four corners alone become `corners_px`, anything else `points`.
 
@@ -163,7 +163,9 @@ class Annotation:
         """
         keypoints = keypoints_of(self.sheet)
         if unknown := sorted(clicks.keys() - keypoints.keys()):
-            raise InputError(f"no such keypoint of the ice: {', '.join(unknown)}")
+            raise InputError(
+                f"unknown keypoint {unknown[0]!r}; expected one of {', '.join(sorted(keypoints))}"
+            )
         if len(clicks) < MIN_POINTS:
             raise InputError(f"click {MIN_POINTS - len(clicks)} more: four keypoints are needed")
         only_corners = clicks.keys() == set(CORNERS)
@@ -177,7 +179,7 @@ class Annotation:
         )
 
     def solve(self, clicks: Clicks, *, paint: bool = False) -> AnnotatedCamera:
-        """The camera that sees the keypoints where they were clicked.
+        """Solve the camera that projects the keypoints onto the clicks.
 
         Parameters
         ----------
@@ -223,18 +225,18 @@ class Annotation:
         )
 
     def _on_other_sheets(self, clicks: Clicks) -> list[tuple[Sheet, RefinedCamera]]:
-        """Other sizes of the ice, and the cameras that the same clicks and the paint give there."""
+        """Other sizes of the ice, and their cameras from the same clicks and the paint."""
         found: list[tuple[Sheet, RefinedCamera]] = []
         for sheet in SHEETS:
             if (sheet.length, sheet.width) != (self.sheet.length, self.sheet.width):
-                with suppress(InputError):  # no camera sees it so
+                with suppress(InputError):  # no camera has this view
                     scene = replace(self, sheet=sheet).scene(clicks)
                     camera = camera_from_scene(scene, self.size)
                     found.append((sheet, refine(camera, scene, self.stills[0])))
         return found
 
     def lines_px(self, camera: Camera) -> list[list[list[float]]]:
-        """The lines of the sheet as a camera sees them: polylines of raw pixels in the image."""
+        """Lines of the sheet projected by a camera: polylines of raw pixels in the image."""
         lines: list[list[list[float]]] = []
         for _, curve in curves_of(self.sheet):
             points = np.column_stack([curve, np.zeros(len(curve))])
@@ -247,13 +249,17 @@ class Annotation:
         return lines
 
     def top_view(self, camera: Camera, still: int = 0) -> Image:
-        """The ice as a camera shows it, seen from above with the home end on the left."""
+        """Return the ice in a camera's picture as seen from above, with the home end on the
+        left.
+        """
         view = TopView.of(self.sheet, VIEW_PX_PER_M).of_frame(self.stills[still], camera)
         return np.asarray(cv2.rotate(view, cv2.ROTATE_90_CLOCKWISE), dtype=np.uint8)
 
 
 def _median(frames: list[Image]) -> Image:
-    """The median of every pixel, some rows at a time: sorting takes several times their memory."""
+    """Return the median of every pixel, some rows at a time: sorting takes several times their
+    memory.
+    """
     empty = np.empty_like(frames[0])
     for top in range(0, len(empty), 64):
         rows = np.stack([frame[top : top + 64] for frame in frames])

@@ -28,11 +28,11 @@ from friction_estimation.camera.markings import keypoints_of
 from friction_estimation.camera.scene import Scene
 
 MAX_PIXEL = 1e6
-"""Farther clicks are refused [px]."""
+"""Maximum coordinate of a click [px]."""
 
 
 class AnnotationPage:
-    """The page for one film or picture, and what its script asks.
+    """Page for one film or picture, and its requests.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class AnnotationPage:
         return directives_of(_page().decode(), connect=True)
 
     def answer(self, path: str, request: Any = None) -> tuple[HTTPStatus, str, bytes]:
-        """The answer to a request: its status, content type and content.
+        """Answer a request: status, content type and content.
 
         Parameters
         ----------
@@ -131,7 +131,9 @@ class AnnotationPage:
         }
 
     def _of_size(self, request: Any) -> Annotation:
-        """The film with the size of the ice that a request names; its own without one."""
+        """Return the film with the size of the ice in a request; with its own if there is no
+        size.
+        """
         wanted, sheet = request.get("sheet"), self.annotation.sheet
         if wanted is None or wanted == _size(sheet):
             return self.annotation

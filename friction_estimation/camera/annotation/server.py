@@ -1,4 +1,4 @@
-"""The page on which keypoints are clicked, served to browsers on this machine, or to a tablet."""
+"""Server of the page on which keypoints are clicked, for browsers on this machine or a tablet."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class AnnotationServer:
         return self.saved
 
     def answer(self, path: str, request: Any = None) -> tuple[HTTPStatus, str, bytes]:
-        """The answer to a request, see `AnnotationPage.answer`."""
+        """Return the answer to a request, see `AnnotationPage.answer`."""
         return self.page.answer(path, request)
 
     def _keep(self, scene: Scene) -> None:
@@ -91,7 +91,7 @@ class AnnotationServer:
         self._done.set()
 
     def path_below_secret(self, path: str) -> str | None:
-        """The part of a path that follows the secret; None where the secret is wrong."""
+        """Return the part of a path that follows the secret; None where the secret is wrong."""
         _, given, *rest = [*path.split("?")[0].split("/", 2), ""][:3]
         known = secrets.compare_digest(given.encode(errors="replace"), self._secret.encode())
         return "/".join(rest) if known else None

@@ -1,4 +1,4 @@
-"""A picture of the thrower, seen from above, that tells which end of the sheet is home."""
+"""Drawing of the thrower, seen from above, at the home end of the sheet."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
 
 SIZE = 1.5
-"""Scale: larger than life, so that it is seen in small pictures."""
+"""Scale: larger than life, to be visible in small pictures."""
 
 
 def _round(x: float, y: float, across: float, along: float, turn: float = 0.0) -> Floats:
@@ -40,13 +40,13 @@ _FIGURE = (
 
 
 def thrower() -> list[Floats]:
-    """The shapes of a thrower at the home end, each (n, 2), sheet frame [m]."""
+    """Return the shapes of a thrower at the home end, each (n, 2), sheet frame [m]."""
     middle = np.array([0.0, -TEE_Y + 0.6])
     return [SIZE * shape + middle for shape in _FIGURE]
 
 
 def thrower_px(camera: Camera) -> list[Floats]:
-    """The same as a camera sees it lying on the ice, raw pixels; empty where it is out of view."""
+    """Return the same projected by a camera, raw pixels; empty if it is out of view."""
     shapes: list[Floats] = []
     for shape in thrower():
         points = np.column_stack([shape, np.zeros(len(shape))])

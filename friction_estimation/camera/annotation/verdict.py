@@ -1,4 +1,4 @@
-"""Problems of a camera that was marked by hand, beyond how well it was fitted."""
+"""Problems of a camera that was marked by hand, beyond its fit."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from friction_estimation.camera.tuning import TOLERANCE_PX
 SHEETS = (WORLD_CURLING_SHEET, PAPER_SHEET)
 """Sizes of ice that clubs have."""
 MAX_CLICK_SHARE = 0.005
-"""Largest distance of a click from where the paint puts it, as a part of the picture's width."""
+"""Maximum distance of a click from the paint, as a share of the picture's width."""
 MAX_HEIGHT = 30.0
-"""No camera of a rink hangs higher [m]; with the wrong size of the ice, stones look too small."""
+"""Maximum height of a camera in a rink [m]; with the wrong size of the ice, stones look too
+small."""
 BETTER_BY = 25.0
-"""Another size of the ice is right if it lowers the misfit by this [squared standard errors]."""
+"""Minimum fall of the misfit for another size of the ice [squared standard errors]."""
 
 
 def problems_of(refined: RefinedCamera, apart_px: Mapping[str, float]) -> list[str]:
-    """Return what is wrong with a camera, in sentences; nothing where all that is seen agrees.
+    """Return the problems of a camera, in sentences; empty if all visible paint agrees.
 
     Parameters
     ----------
@@ -37,8 +38,8 @@ def problems_of(refined: RefinedCamera, apart_px: Mapping[str, float]) -> list[s
     name = max(apart_px, key=lambda one: apart_px[one])
     if apart_px[name] > MAX_CLICK_SHARE * refined.camera.size[0]:
         problems.append(
-            f"The {name.replace('_', ' ')} is {apart_px[name]:.0f} px from where the paint puts it:"
-            " move it onto the paint."
+            f"The mark of the {name.replace('_', ' ')} is {apart_px[name]:.0f} px from the paint: "
+            "move it onto the paint."
         )
     if off := refined.missed:
         problems.append(
@@ -49,7 +50,7 @@ def problems_of(refined: RefinedCamera, apart_px: Mapping[str, float]) -> list[s
 
 
 def better_sheet(own: RefinedCamera, others: Sequence[tuple[Sheet, RefinedCamera]]) -> Sheet | None:
-    """Return the size of ice that rings and borders fit clearly better than this one; or None.
+    """Return a size of ice that rings and borders fit clearly better; or None.
 
     Parameters
     ----------
@@ -57,7 +58,7 @@ def better_sheet(own: RefinedCamera, others: Sequence[tuple[Sheet, RefinedCamera
     others : other sizes of the ice with the camera that the same clicks give on each
     """
     for sheet, found in others:
-        # Paint that is not seen where a camera puts it counts in its misfit.
+        # Paint that is not seen in its place counts in the misfit.
         if found.measured and (not own.measured or found.misfit + BETTER_BY < own.misfit):
             return sheet
     return None

@@ -1,1 +1,1 @@
-"""Input of discovery: the cleaned throws of a session, and other knowledge about them."""
+"""Input of discovery: the cleaned throws of a session, and prior knowledge about them."""

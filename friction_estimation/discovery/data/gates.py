@@ -1,8 +1,8 @@
 """Measurements of light gates: times at known places, with errors of both.
 
-A gate tells when the front and the rear of a stone were at a place along the sheet. As a row of a
-track this is a y that errs by the error of the time, times the speed, and by that of the place,
-which all throws share. Where the stone was across the sheet, and how it turned, is not known.
+A gate times the front and the rear of a stone at a position along the sheet. As a row of a track
+this is a y whose error is that of the time, multiplied by the speed, and that of the gate's
+position, which all throws share. The position across the sheet and the rotation are unknown.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from curling_env.typing import Floats
 from friction_estimation.tracks.free_slide import FreeSlide
 
 FEWEST_TIMES = 3
-"""Fewest times of a throw: one more than its release has unknowns."""
+"""Minimum number of times of a throw: one more than the unknowns of its release."""
 HALF_A_STONE = 0.2
-"""A stone whose front is at the hog line has its centre at most this far before it [m]."""
+"""Maximum distance of a stone's centre before the hog line while its front is at the line [m]."""
 SAME_PLACE = 0.02
-"""Rows that lie nearer to each other along the sheet are of one edge at one gate [m]."""
+"""Maximum distance along the sheet between rows of one edge at one gate [m]."""
 
 
 class GateErrors(NamedTuple):
-    """Errors of a session that light gates timed.
+    """Errors of a session timed by light gates.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class GateErrors(NamedTuple):
 
 
 def gate_slides(tracks: Sequence[Trajectory]) -> tuple[list[FreeSlide], list[str]]:
-    """The times of every throw from the near hog line on, and why some throws have too few.
+    """Return the times of every throw from the near hog line on, and the throws with too few times.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def row_noise(track: Trajectory) -> Floats:
 
 
 def gate_errors(slides: Sequence[FreeSlide]) -> GateErrors:
-    """The errors of the times of all throws together."""
+    """Return the errors of the times of all throws together."""
     noise = np.concatenate([row_noise(slide.track)[slide.rows] for slide in slides])
     y = np.sort(np.concatenate([slide.xy[:, 1] for slide in slides]))
     groups = np.split(y, np.flatnonzero(np.diff(y) > SAME_PLACE) + 1)

@@ -1,4 +1,4 @@
-"""The effects of the measurement that a session may show, as seen through its own camera."""
+"""Effects of the measurement that a session may show, through its own camera."""
 
 from __future__ import annotations
 
@@ -17,22 +17,21 @@ from friction_estimation.camera.pose import best_camera, camera_from_scene
 from friction_estimation.camera.scene import Scene
 
 LENS = "lens_distortion"
-"""Name of the effect that is sought in the image where the scene is known."""
+"""Name of the effect that is searched for in the image if the scene is known."""
 LENS_TERMS = TERMS[:4]
-"""The terms of the distortion that tracks may show to be wrong."""
+"""Terms of the distortion whose errors tracks may show."""
 
 
 def measurement_effects() -> tuple[EffectCard, ...]:
-    """The effects that displace what a camera reports, whatever the camera."""
+    """Return the effects that displace reported positions, for any camera."""
     return tuple(card for card in catalogue().values() if card.displacement is not None)
 
 
 def measurement_effects_through(scene: Scene) -> tuple[EffectCard, ...]:
-    """The effects of the measurement for tracks whose camera is known.
+    """Return the effects of the measurement for tracks of a known camera.
 
-    The lens may differ from what the scene says. The pose was solved from the marked points with
-    the scene's lens, so a wrong lens is partly made good by a wrong pose; what remains is what
-    tracks show.
+    The lens may differ from that of the scene. The pose was solved from the marked points with the
+    scene's lens, so it compensates for a part of the lens error; the tracks show the rest.
 
     Parameters
     ----------
@@ -47,7 +46,7 @@ def measurement_effects_through(scene: Scene) -> tuple[EffectCard, ...]:
         size = (round(2 * scene.camera_matrix[0, 2]), round(2 * scene.camera_matrix[1, 2]))
     if size is None:
         raise InputError(
-            "discovery sees no film: give the image's width and height, or a camera matrix",
+            "missing; expected the picture's width and height, or a camera_matrix",
             source=scene.source,
             where="image_size",
         )

@@ -1,8 +1,7 @@
-"""Outliers: rows of a track that do not lie where their neighbours say.
+"""Outliers: rows of a track that contradict their neighbours.
 
 A tracker that jumps to a shadow for one frame is off by centimetres. Such rows are found in the
-part of a series that is faster than any slide, which neither slow cosines nor a running median
-follow.
+high-frequency part of a series, which neither slow cosines nor a running median follow.
 """
 
 from __future__ import annotations
@@ -25,7 +24,9 @@ from friction_estimation.tracks.contacts import stretches
 
 
 def slow_basis(t: Floats, period: float = SLOWEST_NOISE_PERIOD) -> Floats:
-    """Cosines slower than a period, and a parabola: the shapes that physics may have, (n, K)."""
+    """Cosines slower than a period, and a parabola: the possible shapes of physical motion, (n,
+    K).
+    """
     span = max(float(t[-1] - t[0]), 1e-9)
     count = int(max(1, min(2 * span / period + 2, len(t) / 3)))
     phase = np.pi * (t - t[0]) / span
@@ -38,10 +39,9 @@ def robust_deviation(values: Floats) -> float:
 
 
 def fast_series(t: Floats, values: Floats) -> Floats:
-    """A series less its slow cosines and a running median over two thirds of a second.
+    """Return a series minus its slow cosines and a running median over two thirds of a second.
 
-    The cosines are fitted twice, the second time without values that are far off and would bend
-    them.
+    The cosines are fitted twice, the second time without outliers.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def fast_series(t: Floats, values: Floats) -> Floats:
 
 
 def without_outliers(track: Trajectory, contacts: Sequence[float] = ()) -> Trajectory:
-    """A track without the rows whose position is an outlier, and without outlying headings.
+    """Return a track without the rows whose position is an outlier, and without outlying headings.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""Known lengths and known times, which decide whether the tracks' scale and frame rate are right.
+"""Known lengths and times, which check the scale and frame rate of the tracks.
 
-No set of throws can: with all lengths or all times off by a factor the same paths result on other
+Throws alone cannot: with all lengths or all times off by a factor the same paths result on other
 ice (with x′ = λx and t′ = κt friction becomes μ·λ/κ², and every effect changes likewise). One
-length on the ice, or one interval by a clock, settles it.
+length on the ice, or one interval by a clock, determines the factor.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ QUANTITIES: Mapping[QuantityError, Quantity] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Reference:
-    """Something whose true size is known.
+    """Length or interval whose true size is known.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class Reference:
 
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
-    """The factor by which all lengths, or all times, of the tracks are off.
+    """Factor by which all lengths, or all times, of the tracks are off.
 
     Parameters
     ----------
@@ -91,14 +91,14 @@ class Calibration:
         return abs(self.factor - 1.0) > CLEARLY_OFF * self.stderr
 
     def as_effect(self) -> ActiveEffect:
-        """The calibration as it stands in an ice file."""
+        """Return the calibration as an effect of an ice file."""
         return ActiveEffect(
             name=self.name, parameters={"factor": self.factor}, sigma={"factor": self.stderr}
         )
 
 
 def read_reference(text: str, name: QuantityError) -> Reference:
-    """A reference as it is typed: ``MEASURED,TRUE`` or ``MEASURED,TRUE,ERROR``.
+    """Parse a reference: ``MEASURED,TRUE`` or ``MEASURED,TRUE,ERROR``.
 
     Raises
     ------
@@ -111,18 +111,19 @@ def read_reference(text: str, name: QuantityError) -> Reference:
         numbers = []
     if len(numbers) not in (2, 3) or not all(np.isfinite(n) and n > 0 for n in numbers):
         raise InputError(
-            f"{quantity.option} wants MEASURED,TRUE[,ERROR], positive numbers, got {text!r}"
+            f"{quantity.option}: expected positive numbers MEASURED,TRUE[,ERROR], got {text!r}"
         )
     if not 0.5 < numbers[0] / numbers[1] < 2.0:
         raise InputError(
-            f"{quantity.option} {text}: {numbers[0]:g} cannot be {numbers[1]:g} mismeasured"
+            f"{quantity.option} {text}: expected a measured value within a factor of two of the "
+            "true one"
         )
     error = numbers[2] if len(numbers) == 3 else quantity.usual_error
     return Reference(measured=numbers[0], true=numbers[1], error=error)
 
 
 def calibrate(name: QuantityError, references: Sequence[Reference]) -> Calibration:
-    """The factor on which references agree, weighted by how well each is known.
+    """Return the factor from several references, weighted by their precision.
 
     Raises
     ------
@@ -136,15 +137,15 @@ def calibrate(name: QuantityError, references: Sequence[Reference]) -> Calibrati
     if len(references) > 1 and far.max() > 4.0:
         odd = references[int(np.argmax(far))]
         raise InputError(
-            f"the references for {name} contradict one another: {odd.measured:g} for {odd.true:g} "
-            f"is a factor of {odd.measured / odd.true:.3f}, together they say {factor:.3f}"
+            f"the references for {name} contradict each other: {odd.measured:g} for {odd.true:g} "
+            f"is a factor of {odd.measured / odd.true:.3f}, all together give {factor:.3f}"
         )
     stderr = float(1.0 / np.sqrt((sigma**-2).sum()))
     return Calibration(name=name, factor=factor, stderr=stderr, references=tuple(references))
 
 
 def calibrations_of(ice: Ice | None) -> tuple[Calibration, ...]:
-    """The calibrations that an ice file holds."""
+    """Return the calibrations in an ice file."""
     found: list[Calibration] = []
     for name in QUANTITIES:
         effect = ice.effect(name) if ice is not None else None
@@ -157,7 +158,7 @@ def calibrations_of(ice: Ice | None) -> tuple[Calibration, ...]:
 def corrected(
     tracks: Sequence[Trajectory], calibrations: Sequence[Calibration]
 ) -> list[Trajectory]:
-    """Tracks with true lengths and times, as far as they are known."""
+    """Return tracks with corrected lengths and times."""
     factors = {c.name: c.factor for c in calibrations}
     scale, rate = factors.get("scale_error", 1.0), factors.get("frame_rate_error", 1.0)
     return [replace(track, xy=track.xy / scale, t=track.t / rate) for track in tracks]

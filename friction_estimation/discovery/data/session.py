@@ -1,8 +1,7 @@
-"""A session as discovery sees it: the free slides of all throws, laid out for the forward model.
+"""A session for discovery: the free slides of all throws, laid out for the forward model.
 
-Tracks from films are smoothed, and say how wrong they are, errors that all frames share included.
-Where they are so smooth that neighbouring rows repeat each other, only rows far enough apart to
-differ are kept.
+Tracks from films are smoothed and state their standard errors, including errors that all frames
+share. If neighbouring rows carry the same information, only rows at some distance are kept.
 """
 
 from __future__ import annotations
@@ -58,7 +57,7 @@ from friction_estimation.tracks.free_slide import FreeSlide, free_slides
 FURTHEST_ACROSS, FURTHEST_ALONG = 2.6, 24.0
 """Limits of the middle of a track [m]: a little beyond the ice of the widest sheet."""
 LEAST_TIMES = 4
-"""Most gate times of a throw of which all but the last are needed to forecast."""
+"""Maximum number of gate times of a throw that needs all but the last for a forecast."""
 AT_HOG_LINE = 0.05
 """A stone this close to the hog line counts as at it [m]: tracks begin with noise."""
 
@@ -122,7 +121,7 @@ class Session:
 
     @property
     def slides(self) -> list[tuple[int, int, float]]:
-        """Throw, stone and session time of the release of each slide: no two are alike.
+        """Throw, stone and session time of the release of each slide, which identify it.
 
         The stones of a throw share its number, and a stone that was hit slides again.
         """
@@ -131,9 +130,9 @@ class Session:
 
     @property
     def smoothed(self) -> bool:
-        """Return whether the tracks come smoothed, and say how wrong they are.
+        """Return whether the tracks are smoothed and state their errors.
 
-        Their errors may then last for seconds and belong to places.
+        Their errors may then last for seconds and depend on the place.
         """
         return self.claimed > 0.0
 
@@ -148,9 +147,9 @@ class Session:
 
     @cached_property
     def early(self) -> Flags:
-        """Rows from which throws are forecast: the first seconds, or all gates but the last.
+        """Rows from which throws are forecast: the first seconds, or all gates except the last.
 
-        Throws of two gates are forecast from all times but the last.
+        Throws of two gates are forecast from all times except the last.
         """
         if self.gates is None:
             return self.times <= FORECAST_SECONDS
@@ -213,12 +212,12 @@ class Session:
         return np.add.reduceat(known, self.starts[:-1]) > LEAST_HEADINGS
 
     def with_usual_spins(self) -> Session:
-        """The session with the spins that are taken where no heading was measured.
+        """Return the session with assumed spins for throws without headings.
 
-        A stone is taken to turn to the side to which its path bends, if the throws whose rotation
-        was measured clearly bend with it.
+        A stone is assumed to turn to the side to which its path bends, if the paths of throws with
+        measured rotation clearly do.
         """
-        bends, sides = self._bends, np.zeros(len(self))
+        bends, sides = self._lateral_accelerations, np.zeros(len(self))
         for i in range(len(self)):
             theta = self.theta[self.rows(i)]
             known = np.flatnonzero(np.isfinite(theta))
@@ -231,15 +230,17 @@ class Session:
                 spins = np.where(bends * with_turn.mean() < 0, -USUAL_SPIN, USUAL_SPIN)
         return replace(self, usual_spins=spins)
 
-    def with_spins_by_bends(self) -> Session:
-        """The session with stones taken to turn to the side to which their paths bend.
+    def with_spins_from_curvature(self) -> Session:
+        """Return the session with stones assumed to turn to the side to which their paths bend.
 
-        For throws whose heading was not measured, on ice that is known to curl.
+        This is for throws without headings on ice that is known to curl.
         """
-        return replace(self, usual_spins=np.where(self._bends < 0, -USUAL_SPIN, USUAL_SPIN))
+        return replace(
+            self, usual_spins=np.where(self._lateral_accelerations < 0, -USUAL_SPIN, USUAL_SPIN)
+        )
 
     @cached_property
-    def _bends(self) -> Floats:
+    def _lateral_accelerations(self) -> Floats:
         """Acceleration of each throw to the left of its travel, (k,) [m/s²]."""
         bends = np.zeros(len(self))
         for i in range(len(self)):
@@ -249,13 +250,13 @@ class Session:
         return bends
 
     def without_rows(self, dropped: Flags) -> Session:
-        """The session without some rows, among which is no first row of a throw."""
+        """Return the session without some rows; the first row of a throw must stay."""
         keep = ~dropped
         counts = np.add.reduceat(keep.astype(int), self.starts[:-1])
         return self._with_rows(keep, counts)
 
     def only(self, chosen: Sequence[int] | Indices) -> Session:
-        """The session of the throws with these indices."""
+        """Return the session of the throws with these indices."""
         chosen = np.asarray(chosen, dtype=np.intp)
         rows = np.concatenate([np.arange(*self.starts[i : i + 2]) for i in chosen.tolist()])
         whole = self._with_rows(rows, np.diff(self.starts)[chosen])
@@ -263,44 +264,44 @@ class Session:
         return replace(whole, pushes=pushes, **{n: getattr(self, n)[chosen] for n in OF_THROWS})
 
     def _with_rows(self, rows: Flags | Indices, counts: Indices) -> Session:
-        """The session with some of its rows, and the number of rows of each throw."""
+        """Return the session with some of its rows, and the number of rows of each throw."""
         starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.intp)
         return replace(self, starts=starts, **{n: getattr(self, n)[rows] for n in OF_ROWS})
 
 
 def _refuse_beyond_a_session(tracks: Sequence[Trajectory]) -> None:
-    """Refuse what would take hours, or more memory than there is."""
+    """Refuse sessions that would take hours or exhaust the memory."""
     count = len({track.throw for track in tracks})
     if count > MAX_SESSION_THROWS:
         raise InputError(f"{count} throws are too many; expected at most {MAX_SESSION_THROWS}")
     for track in tracks:
         if len(track) > MAX_THROW_ROWS:
             raise InputError(
-                f"throw {track.throw} has {len(track)} rows; at most {MAX_THROW_ROWS} are used, so "
-                "leave some out evenly"
+                f"throw {track.throw} has {len(track)} rows; expected at most {MAX_THROW_ROWS} "
+                "(keep every second one)"
             )
         if track.duration > MAX_THROW_SECONDS:
             raise InputError(
-                f"throw {track.throw} lasts {track.duration:.0f} s; no throw lasts longer than "
+                f"throw {track.throw} lasts {track.duration:.0f} s; expected at most "
                 f"{MAX_THROW_SECONDS:.0f} s"
             )
 
 
 def _refuse_repeated_throws(tracks: Sequence[Trajectory]) -> None:
-    """Refuse tracks that say to be one and the same: as one throw they would tell nonsense."""
+    """Refuse two tracks with the same throw and stone."""
     known: set[tuple[int, int]] = set()
     for track in tracks:
         key = int(track.throw), int(track.stone)
         if key in known:
             raise InputError(
-                f"two tracks are of throw {key[0]} and stone {key[1]}; number the throws, as by "
-                "dataclasses.replace(track, throw=k)"
+                f"two tracks have throw {key[0]} and stone {key[1]}; expected a number for each "
+                "throw (dataclasses.replace(track, throw=k))"
             )
         known.add(key)
 
 
 def refuse_too_many_cells(ice: Ice | None) -> None:
-    """Refuse an ice whose map is finer than throws can tell, and than can be fitted.
+    """Refuse an ice whose map is too fine to be fitted.
 
     Raises
     ------
@@ -308,13 +309,13 @@ def refuse_too_many_cells(ice: Ice | None) -> None:
     """
     if ice is not None and ice.friction.mu.size > MAX_MAP_CELLS:
         raise InputError(
-            f"an ice of {ice.friction.mu.size} cells is too fine to be fitted; at most "
-            f"{MAX_MAP_CELLS} can be, of 0.1 m"
+            f"an ice of {ice.friction.mu.size} cells is too fine to be fitted; expected at most "
+            f"{MAX_MAP_CELLS} cells (of 0.1 m)"
         )
 
 
 def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Session:
-    """The free slides of measured tracks.
+    """Return the free slides of measured tracks.
 
     Parameters
     ----------
@@ -371,7 +372,7 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
 
 
 def _orders(tracks: Sequence[Trajectory]) -> dict[int, int]:
-    """For each throw, how many were played before it."""
+    """Return the number of earlier throws, for each throw."""
     return {throw: k for k, throw in enumerate(sorted({track.throw for track in tracks}))}
 
 
@@ -381,7 +382,7 @@ def _rows_of(column: Floats, rows: Indices) -> Floats:
 
 
 def _laid_out(pairs: Sequence[tuple[FreeSlide, Indices]], order_of: Mapping[int, int]) -> Session:
-    """The session of rows of slides, all of them with the same noise."""
+    """Return the session of rows of slides with uniform noise."""
     counts = [len(rows) for _, rows in pairs]
     return Session(
         throws=np.array([s.track.throw for s, _ in pairs], dtype=np.intp),
@@ -400,7 +401,7 @@ def _laid_out(pairs: Sequence[tuple[FreeSlide, Indices]], order_of: Mapping[int,
 
 
 def _session_of_gates(tracks: Sequence[Trajectory]) -> Session:
-    """The session of throws that light gates timed.
+    """Return the session of throws timed by light gates.
 
     Raises
     ------
@@ -431,14 +432,14 @@ def _with_heading(
 ) -> tuple[list[tuple[FreeSlide, Indices]], list[str]]:
     """Return the slides whose heading was measured, if enough, and why others are dropped.
 
-    The rotation of a stone says to which side it curls. Where it is unknown, a guess would be
-    wrong every other time.
+    The rotation of a stone determines the side of its curl. If it is unknown, a guess would be
+    wrong in half of the cases.
     """
     seen = [pair for pair in pairs if _turns(*pair)]
     if len(seen) < LEAST_THROWS:
         return pairs, []
     blind = [slide.track.throw for slide, rows in pairs if not _turns(slide, rows)]
-    return seen, [f"throw {k}: no heading was seen, nor which way it turned" for k in blind]
+    return seen, [f"throw {k}: neither heading nor rotation was measured" for k in blind]
 
 
 def _turns(slide: FreeSlide, rows: Indices) -> bool:
@@ -452,14 +453,12 @@ def _elsewhere(track: Trajectory) -> str:
     x, y = np.abs(np.median(track.xy, axis=0))
     if x > FURTHEST_ACROSS or y > FURTHEST_ALONG:
         place = f"around x = {np.median(track.xy[:, 0]):.1f}, y = {np.median(track.xy[:, 1]):.1f} m"
-        return (
-            f"throw {track.throw} runs off the sheet, {place}: of another sheet or another scene?"
-        )
+        return f"throw {track.throw} lies off the sheet, {place}; check its scene and sheet"
     return ""
 
 
 def _relative(claims: Sequence[Floats]) -> Floats:
-    """Return claimed standard errors over their mean, 1 where none is claimed."""
+    """Return stated standard errors over their mean, 1 without a stated one."""
     values = np.concatenate(claims)
     known = np.isfinite(values) & (values > 0)
     mean = float(values[known].mean()) if known.any() else 1.0
@@ -467,7 +466,7 @@ def _relative(claims: Sequence[Floats]) -> Floats:
 
 
 def _jitter_over_claims(slides: Sequence[FreeSlide]) -> float:
-    """Return the jitter of rows about their neighbours, over their claimed standard errors."""
+    """Return the jitter of rows about their neighbours, over their stated standard errors."""
     found: list[float] = []
     for slide in slides:
         track, rows = slide.track, slide.rows
@@ -481,7 +480,7 @@ def _jitter_over_claims(slides: Sequence[FreeSlide]) -> float:
 
 
 def _thinned(slide: FreeSlide, spacing: float) -> Indices:
-    """Rows of a slide at least `spacing` seconds apart, and no more than are needed."""
+    """Return the necessary rows of a slide, at least `spacing` seconds apart."""
     rows = _from_hog_line(slide)
     t = slide.track.t[rows]
     step = (t[-1] - t[0]) / max(len(t) - 1, 1)
@@ -494,8 +493,8 @@ def _thinned(slide: FreeSlide, spacing: float) -> Indices:
 def _from_hog_line(slide: FreeSlide) -> Indices:
     """Rows of a slide, and those before it back to the delivery hog line.
 
-    The rules want the stone released before that line. A push that seems to end later is something
-    else, such as a tracked point that winds about the centre, and discovery must see it.
+    The rules require the release before that line. A push that seems to end later has another
+    cause, such as a tracked point that winds about the centre, which discovery must see.
     """
     xy, rows = slide.track.xy, slide.rows
     direction = 1.0 if xy[rows[-1], 1] >= xy[rows[0], 1] else -1.0

@@ -1,4 +1,4 @@
-"""Pushes of an unknown effect on the stones of a session, throw by throw, over time."""
+"""Pushes of an unknown effect on the stones of a session, per throw and over time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from curling_env.typing import Floats, Indices
 
 
 class UnknownPushes(NamedTuple):
-    """Pushes at regular times of every throw, from its release on; straight lines between them.
+    """Pushes at regular times of every throw, from its release on, interpolated linearly.
 
     Parameters
     ----------
@@ -35,13 +35,13 @@ class UnknownPushes(NamedTuple):
         )
 
     def at(self, i: int, times: Floats) -> Floats:
-        """The pushes of the i-th throw at some times, (n, 4)."""
+        """Return the pushes of the i-th throw at some times, (n, 4)."""
         own = self.sizes[self.starts[i] : self.starts[i + 1]]
         known = self.spacing[i] * np.arange(len(own))
         return np.column_stack([np.interp(times, known, column) for column in own.T])
 
 
 def no_pushes(throws: int) -> UnknownPushes:
-    """Return no pushes, for a number of throws."""
+    """Return pushes of zero for a number of throws."""
     starts = np.zeros(throws + 1, dtype=np.intp)
     return UnknownPushes(np.zeros((0, 4)), starts, np.ones(throws))

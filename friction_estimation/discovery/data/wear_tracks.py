@@ -1,7 +1,7 @@
-"""Paths of the stones of a session, which wore the ice for those that came after them.
+"""Paths of the stones of a session, which wear the ice for later stones.
 
-Every throw wears the ice, whether or not it is among those that are searched: a session keeps the
-wear tracks of all its throws however it is split.
+Every throw wears the ice, including excluded ones: each part of a session keeps the wear tracks of
+all throws.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from friction_estimation.discovery.data.outliers import robust_deviation, slow_b
 from friction_estimation.discovery.tuning import LEAST_ROWS, OUTLIER_DEVIATIONS
 
 POINT_SPACING = 0.2
-"""Distance between the kept points of a path [m]. A measured stone at rest trembles, and must not
-wear the ice by that."""
+"""Distance between the kept points of a path [m]: the jitter of a stone at rest must not count as
+wear."""
 SMOOTHED_PERIODS = (8.0, 4.0, 2.0)
-"""A path has no swings faster than the first of these, or the next where it does not fit [s]."""
+"""Shortest period of a smoothed path, and the next choice if the first does not fit [s]."""
 FURTHEST_ASIDE = WORN_WIDTH / 4
 """Maximum distance of a smoothed path from the places where the stone was seen [m]."""
 LONGEST_PATH = 60.0
-"""Longest path [m], half as long again as the sheet: no stone goes further."""
+"""Maximum length of a path [m]: 1.5 times the sheet's."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,7 +48,7 @@ class WearTracks:
 
     @classmethod
     def of(cls, measured: Iterable[tuple[int, Floats]]) -> WearTracks:
-        """The wear tracks of measured throws.
+        """Return the wear tracks of measured throws.
 
         Parameters
         ----------
@@ -60,7 +60,7 @@ class WearTracks:
         return cls(orders=orders, paths=tuple(path for _, path in kept))
 
     def before(self, orders: Indices) -> Indices:
-        """Return the number of paths that are older than each of some throws, (k,)."""
+        """Return the number of paths before each of some throws, (k,)."""
         return np.searchsorted(self.orders, orders, side="left")
 
     def passes(self, sheet: Sheet) -> Floats:
@@ -71,7 +71,7 @@ class WearTracks:
         return self._passes[sheet]
 
     def tracks(self, sheet: Sheet) -> tuple[WornTracks, Floats]:
-        """Return the cells over which running bands passed, as contacts feel it.
+        """Return the cells over which running bands passed, for wear under contacts.
 
         Returns
         -------
@@ -91,8 +91,9 @@ class WearTracks:
 def smoothed_path(t: Floats, xy: Floats) -> Floats:
     """Return the path of a stone, (n, 2), from positions with noise.
 
-    Contacts feel the side of a track, to the millimetre. A path is therefore taken without its fast
-    part, but for the last metres of a stone that rests, and as it was seen where it is not smooth.
+    Contacts are sensitive to the side of a track, to the millimetre. A path is therefore smoothed,
+    except for the last metres of a stone that rests, and unsmoothed where the smoothed path does
+    not fit.
 
     Parameters
     ----------
@@ -114,7 +115,7 @@ def smoothed_path(t: Floats, xy: Floats) -> Floats:
 
 
 def _slow_part(basis: Floats, values: Floats) -> Floats:
-    """The part of values (n, d) in the span of a basis (n, K), but for rows that are far off it."""
+    """Return the projection of values (n, d) on a basis (n, K), ignoring outlying rows."""
     near, smooth = np.ones(len(values), dtype=bool), values
     for _ in range(2):
         smooth = basis @ np.linalg.lstsq(basis[near], values[near])[0]
@@ -124,13 +125,13 @@ def _slow_part(basis: Floats, values: Floats) -> Floats:
 
 
 def wear_refinement(sheet: Sheet) -> int:
-    """Into how many parts a cell's side is divided to be no wider than a worn track; odd."""
+    """Odd number of parts of a cell's side that are no wider than a worn track."""
     times = math.ceil(sheet.cell_size / WORN_WIDTH)
     return times + 1 - times % 2
 
 
 def _path(xy: Floats) -> Floats | None:
-    """Points of a path at even distances; None if no stone can have taken it."""
+    """Return points of a path at even distances; None for an impossible path."""
     if len(xy) == 0:
         return None
     kept = [xy[0]]

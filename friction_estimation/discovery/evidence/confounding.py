@@ -1,4 +1,4 @@
-"""Effects that the data cannot tell apart, and throws that would."""
+"""Effects that the data cannot distinguish, and throws that would."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Alternative:
 
 
 def alternatives(fitted: SessionFit, label: str) -> list[Alternative]:
-    """Candidates that serve as well as a named effect.
+    """Return candidates that fit as well as a named effect.
 
     Parameters
     ----------
@@ -67,10 +67,10 @@ def alternatives(fitted: SessionFit, label: str) -> list[Alternative]:
 
 
 def separating_throw(one: SessionFit, other: SessionFit) -> tuple[str, float]:
-    """The throw that a player can make on whose path two models disagree most.
+    """Return the playable throw whose predicted paths differ most between two models.
 
-    Release and friction of a throw are never known beforehand. Differences that another release or
-    another friction would remove do not count.
+    Release and friction of a throw are unknown in advance, so differences that another release or
+    friction would remove do not count.
 
     Returns
     -------

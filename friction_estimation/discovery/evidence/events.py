@@ -1,4 +1,4 @@
-"""Events that happened once, such as a pick, a touch or a lost track, and are no effect."""
+"""Single events, such as a pick, a touch or a lost track, which are not effects."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from friction_estimation.discovery.tuning import EVENT_SHARE, MOST_EVENTS, SURPR
 def exceptional_throws(best: SessionFit, session: Session) -> Indices:
     """Return the indices of a few throws without which the others agree.
 
-    Fitted together with the rest, an exceptional throw bends the model and spoils them all. Around
-    the fit with all selected effects, proved or not, throws are excluded one by one, and the misfit
-    of the others is compared with their misfit before.
+    An exceptional throw would distort the fit of all others. Around the fit with all selected
+    effects, throws are excluded one by one, and the misfit of the others is compared with their
+    misfit before.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""Held-out throws: nothing is fitted to them, and they are forecast.
+"""Held-out throws: they are not used in any fit, and are forecast.
 
-The forecast gap: the release is learnt from the first seconds of a throw only, then its path and
-its rest are predicted. A perfect model misses too, because the first seconds are noisy and the
-friction of every throw differs a little. This is the noise floor.
+For the forecast gap the release is estimated from the first seconds of a throw only; then its path
+and rest are predicted. A perfect model has errors too, because the first seconds are noisy and the
+friction varies from throw to throw: the noise floor.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from friction_estimation.discovery.tuning import (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForecastGap:
-    """Distances of throws from their forecasts.
+    """Forecast errors of throws.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class ForecastGap:
     predicted: Floats
 
     def numbers(self) -> dict[str, float]:
-        """The gap as it stands in a report."""
+        """Return the gap for a report."""
         return {
             "path_rms_m": float(f"{self.path_rms:.4g}"),
             "rest_error_m": float(f"{self.rest_error:.4g}"),
@@ -52,7 +52,7 @@ class ForecastGap:
 def choose_held_out(session: Session, rng: np.random.Generator) -> Indices:
     """Indices of throws to hold out, spread over directions, spins, speeds and time.
 
-    Every stone stays among the others where that is possible, and so do throws that were swept.
+    If possible, every stone and swept throws stay among the others.
     """
     n = len(session)
     count = max(2, round(HELD_OUT_SHARE * n)) if n >= 8 else 0
@@ -95,7 +95,7 @@ def forecast(model: Model, session: Session, noise: SessionNoise) -> ForecastGap
 
 
 def noise_floor(fitted: SessionFit, session: Session) -> ForecastGap:
-    """The forecast gap that a perfect model would have on these throws."""
+    """Return the forecast gap that a perfect model would have on these throws."""
     model, noise = fitted.model, fitted.noise
     early = session.early
     whole = fit(model, session, noise, shared=False)
@@ -107,7 +107,7 @@ def noise_floor(fitted: SessionFit, session: Session) -> ForecastGap:
         own = np.concatenate([columns[rows, :, :7], known[:, :, None]], axis=2)
         gram = gram_matrix(session, noise, i, own)
         covariance = np.linalg.pinv(gram[:6, :6] + np.diag(1.0 / RELEASE_SIGMA**2))
-        # A throw of more friction than usual looks like one that was released with less speed.
+        # A throw with higher friction looks like one released with less speed.
         taken_for_release = covariance @ gram[:6, 6]
         seen = np.isfinite(session.observed[rows, :2])
         reach = columns[rows][:, :2, :6] * seen[:, :, None]

@@ -1,19 +1,19 @@
-"""Standard errors of the parameters, whose 95 % intervals hold the truth as often as they say.
+"""Standard errors of the parameters, whose 95 % intervals have their nominal coverage.
 
-A dozen throws say little of the spread of their frictions, and whatever shows only between throws
-(the friction itself, wear, drift, a stone) is as uncertain as that spread. The spread is therefore
-integrated over: for every spread the shared parameters are Gaussian, and their distribution is the
-mixture of these, weighted by the likelihood with the shared parameters integrated out (the
-restricted likelihood; a plain maximum would be too narrow). A standard error is the half-width of
-the central 95 % of the mixture over 1.96.
+A dozen throws determine the spread of their frictions poorly, and everything that shows only
+between throws (the friction itself, wear, drift, a stone) is as uncertain as that spread. The
+spread is therefore integrated over: for every spread the shared parameters are Gaussian, and their
+distribution is the mixture of these, weighted by the restricted likelihood (at the maximum alone it
+would be too narrow). A standard error is the half-width of the central 95 % of the mixture over
+1.96.
 
-The sides of a patch that run along the sheet are placed and not fitted (`place_sides`). Other
-places that fit as well are averaged over in the same way.
+The sides of a patch along the sheet are placed by a scan (`place_sides`); other places that fit as
+well are averaged over in the same way.
 
-Where wear follows the paths of stones, a throw is compared with what earlier ones left. Their paths
-are measured, and their errors are common to all throws that came after: no noise of single throws
-holds them. They are drawn some times as the noise of the tracks would make them, and the parameters
-that fit best are found again each time, as in multiple imputation.
+If wear follows the paths of stones, a throw depends on the measured paths of earlier ones, whose
+errors are common to all later throws and not part of the noise of single throws. These errors are
+drawn several times from the noise of the tracks, and the parameters are fitted again each time
+(multiple imputation).
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Mixture:
 
 @lru_cache(maxsize=4)
 def mixture(fitted: SessionFit) -> Mixture:
-    """The posterior of the shared parameters of a fit."""
+    """Return the posterior of the shared parameters of a fit."""
     spreads = integrated_spreads(fitted)
     linear = fitted.linear
     each = [linear.each(spread) for spread in spreads.tolist()]
@@ -83,7 +83,7 @@ def integrated_spreads(fitted: SessionFit) -> Floats:
 
 
 def has_few_throws(fitted: SessionFit) -> bool:
-    """Return whether a session has too few throws to tell how far they differ."""
+    """Return whether a session has too few throws to estimate their spread."""
     return len(fitted.session) < LEAST_THROWS_FOR_SPREAD
 
 
@@ -101,7 +101,7 @@ def weights_of(levels: Floats, spreads: Floats) -> Floats:
 
 
 def widths(spreads: Floats) -> Floats:
-    """The part of the axis of spreads that each spread stands for, (s,)."""
+    """Width of the integration interval of each spread, (s,)."""
     if len(spreads) == 1:
         return np.ones(1)
     middles = np.concatenate([[0.0], 0.5 * (spreads[1:] + spreads[:-1]), [spreads[-1]]])
@@ -109,9 +109,9 @@ def widths(spreads: Floats) -> Floats:
 
 
 NEARLY_ONE = 1e-9
-"""Added to the diagonal of a correlation, which rounding may have left without a root."""
+"""Added to the diagonal of a correlation, so that it has a root despite rounding."""
 LEAST_SIDE_SIGMA = 0.05
-"""Least standard error of a side of a patch [m]: places that are tried are no closer."""
+"""Minimum standard error of a side of a patch [m]: the distance between tried places."""
 
 
 def standard_errors(fitted: SessionFit) -> dict[tuple[str, str], float]:
@@ -125,7 +125,7 @@ def standard_errors(fitted: SessionFit) -> dict[tuple[str, str], float]:
 def map_errors(fitted: SessionFit) -> Floats | None:
     """Standard errors of ln μ of every cell, (rows, columns); None for a model without a map.
 
-    They hold the part of the field that its patterns leave out, and the friction of the whole.
+    They include the part of the field that its patterns omit, and the overall friction.
     """
     field = fitted.model.map_field
     if field is None:
@@ -142,11 +142,11 @@ def common_errors(
 ) -> tuple[LevelError, dict[tuple[str, str], tuple[float, ...]]]:
     """Return the common parts of the errors of effects and of the friction's level.
 
-    They are written as in an ice file.
+    They have the form of an ice file.
 
-    Their covariance is Gaussian with the spread between throws integrated over. Each error of a
-    parameter is written by those before it, as by Cholesky's root of their correlation; that of the
-    level comes last, and is its own as far as the parameters do not explain it.
+    Their covariance is Gaussian with the spread between throws integrated over. The error of a
+    parameter is a combination of those before it (a Cholesky root of their correlation); that of
+    the level comes last, with its unexplained rest as a separate error.
 
     Returns
     -------
@@ -169,7 +169,7 @@ def common_errors(
     steps = found.steps @ rows.T
     covariance = rows @ within @ rows.T + np.einsum("s,si,sj->ij", found.weights, steps, steps)
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    known = deviations > 0.0  # rounding has lost the others
+    known = deviations > 0.0  # the others are lost to rounding
     scale = np.where(known, 1.0 / np.where(known, deviations, 1.0), 0.0)
     correlation = covariance * scale[:, None] * scale
     correlation[np.diag_indices_from(correlation)] = 1.0 + NEARLY_ONE
@@ -179,7 +179,7 @@ def common_errors(
 
 
 def _map_covariance(fitted: SessionFit) -> Floats:
-    """Covariance of the friction of the whole and of the coefficients of the map."""
+    """Return the covariance of the overall friction and the coefficients of the map."""
     posterior, own = mixture(fitted), np.r_[GLOBALS.index("ln_mu"), fitted.model.map_slice]
     steps = posterior.steps[:, own]
     within = np.einsum("s,sij->ij", posterior.weights, posterior.covariances[:, own][:, :, own])
@@ -208,7 +208,7 @@ def _half_widths(weights: Floats, steps: Floats, deviations: Floats) -> Floats:
 def with_sides(
     fitted: SessionFit, sigma: dict[tuple[str, str], float]
 ) -> dict[tuple[str, str], float]:
-    """Standard errors that include the uncertainty of where the sides of patches lie.
+    """Return standard errors that include the uncertainty of the sides of patches.
 
     Parameters
     ----------
@@ -228,11 +228,11 @@ def with_sides(
 
 
 DRAWS = 8
-"""Draws of the paths: they tell a standard deviation to a quarter."""
+"""Number of draws of the paths: a standard deviation is then known to a quarter."""
 
 
 def with_earlier_paths(fitted: SessionFit, rng: np.random.Generator) -> SessionFit:
-    """A fit that knows what errors of earlier paths do to its parameters.
+    """Return a fit that includes the effect of errors of earlier paths on its parameters.
 
     Parameters
     ----------
@@ -250,15 +250,15 @@ def with_earlier_paths(fitted: SessionFit, rng: np.random.Generator) -> SessionF
         linear = fitted.linear_in(model, fitted.columns, shift[:, MEASURED])
         linear = replace(linear, ln_factors=np.zeros(len(session)))
         total = linear.total(fitted.only_spread)
-        total[:, -1] -= linear.prior[:, -1]  # nothing but the shift moves the parameters
+        total[:, -1] -= linear.prior[:, -1]  # the parameters depend on the shift alone
         steps.append(minimum_of(total).step)
     return replace(fitted, by_paths=np.mean([np.outer(s, s) for s in steps], axis=0))
 
 
 def _moved(session: Session, noise: SessionNoise, rng: np.random.Generator) -> WearTracks:
-    """Return the paths of a session as its throws might have been measured on other days.
+    """Return the paths of a session with new measurement errors.
 
-    Those of excluded throws stay: nothing is known of their noise.
+    Those of excluded throws stay, because their noise is unknown.
     """
     tracks = session.wear_tracks
     throws = {order: i for i, order in enumerate(session.orders.tolist())}

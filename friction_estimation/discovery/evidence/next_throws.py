@@ -1,10 +1,10 @@
-"""The next throws that would teach most, chosen by the posterior of what is known already.
+"""The most informative next throws, chosen by the present posterior.
 
-Of a grid of throws that a player can make, each is linearised on the ice as it was found. What it
-would tell is known before it is made: its release and its own friction are projected out, as they
-would be in the fit. Chosen is the throw that removes most of the variance of what is sought, the
-next one given the first, and so on. The friction of the sheet, the friction map and every effect
-count alike, each by the part of its variance that is removed.
+Each throw of a grid of playable throws is linearised on the estimated ice. Its information is known
+in advance: its release and its own friction are projected out, as they would be in the fit. The
+throw that removes most variance is chosen first, then the next one given the first, and so on. The
+friction of the sheet, the friction map and every effect count equally, each by the share of its
+variance that is removed.
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.sensitivity import sensitivities
 
 AT_ONCE = 80
-"""Throws that are linearised together: more would need a gigabyte beside a friction map."""
+"""Number of throws that are linearised together: more would need a gigabyte with a friction map."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class NextThrow:
-    """A throw worth making.
+    """An informative throw.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class NextThrow:
     teaches: dict[str, float]
 
     def as_dict(self) -> dict[str, Any]:
-        """The throw as it stands in a report."""
+        """Return the throw for a report."""
         return {
             "words": self.words,
             "weight": self.throw.weight,
@@ -79,15 +79,16 @@ class NextThrow:
         }
 
 
-class _Sought(NamedTuple):
-    """A quantity that a throw may teach, with the shared parameters that determine it."""
+class _Target(NamedTuple):
+    """A quantity of interest, with the shared parameters that determine it."""
 
     name: str
     places: Indices
 
 
 def next_throws(fitted: SessionFit, count: int = 3) -> list[NextThrow]:
-    """Return the throws that would teach most about the ice of a fit, in the order to make them.
+    """Return the most informative throws about the ice of a fit, in the order in which to make
+    them.
 
     Light gates see neither lines nor handles, in which these throws differ: after them there are
     none.
@@ -101,7 +102,7 @@ def next_throws(fitted: SessionFit, count: int = 3) -> list[NextThrow]:
 
 def _next_throws(fitted: SessionFit, count: int) -> list[NextThrow]:
     model = fitted.model
-    sought = _sought(model)
+    targets = _targets(model)
     posterior = mixture(fitted)
     spread = float(posterior.weights @ posterior.spreads)
     covariance = _covariance(fitted, spread)
@@ -110,8 +111,8 @@ def _next_throws(fitted: SessionFit, count: int) -> list[NextThrow]:
     playable = [k for k, path in enumerate(paths) if is_playable(path, model.ice.sheet)]
     if not playable:
         return []
-    counted = np.concatenate([each.places for each in sought])
-    members = np.concatenate([np.full(len(each.places), len(each.places)) for each in sought])
+    counted = np.concatenate([each.places for each in targets])
+    members = np.concatenate([np.full(len(each.places), len(each.places)) for each in targets])
     weights = 1.0 / (members * np.diag(covariance)[counted])
     found: list[NextThrow] = []
     for _ in range(min(count, len(playable))):
@@ -119,7 +120,7 @@ def _next_throws(fitted: SessionFit, count: int) -> list[NextThrow]:
         best = playable[int(np.argmax(gains))]
         after = covariance_after(covariance, result[best])
         share = 1.0 - np.diag(after) / np.diag(covariance)
-        teaches = {each.name: float(share[each.places].mean()) for each in sought}
+        teaches = {each.name: float(share[each.places].mean()) for each in targets}
         throw, path = throws[best], paths[best]
         found.append(
             NextThrow(
@@ -130,21 +131,21 @@ def _next_throws(fitted: SessionFit, count: int) -> list[NextThrow]:
             )
         )
         covariance = after
-        playable.remove(best)  # variety also guards against what no model has
+        playable.remove(best)  # variety also protects against effects that no model has
     return found
 
 
-def _sought(model: Model) -> list[_Sought]:
-    """The friction of the sheet, the map, and every term, with their parameters."""
+def _targets(model: Model) -> list[_Target]:
+    """Return the quantities of interest: the friction of the sheet, the map, and every term."""
     names = model.names
-    found = [_Sought("friction", np.array([names.index(("", "ln_mu"))]))]
+    found = [_Target("friction", np.array([names.index(("", "ln_mu"))]))]
     area = model.map_slice
     if area.stop > area.start:
-        found.append(_Sought("friction_map", np.arange(area.start, area.stop)))
+        found.append(_Target("friction_map", np.arange(area.start, area.stop)))
     for term in model.terms:
         places = [k for k, (label, _) in enumerate(names) if label == term.label]
         if places:
-            found.append(_Sought(term.label, np.array(places)))
+            found.append(_Target(term.label, np.array(places)))
     return found
 
 
@@ -180,7 +181,7 @@ def _information_of(
 
 
 def _root(gram: Floats) -> Floats:
-    """Rows whose Gram matrix it is, without those that say next to nothing."""
+    """Return rows with this Gram matrix, without negligible ones."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
     values, vectors = np.linalg.eigh(gram * scale[:, None] * scale)
     result = values > 1e-9 * len(gram)

@@ -1,4 +1,4 @@
-"""Draws from the posterior of everything: shared parameters, the map, frictions and releases.
+"""Draws from the joint posterior: shared parameters, the map, frictions and releases.
 
 The shared parameters are drawn from their mixture over the spread; given them, the friction of each
 throw and its release are Gaussian. All draws are independent.
@@ -22,15 +22,16 @@ from friction_estimation.discovery.model.whitening import whiten_session
 from friction_estimation.discovery.tuning import RELEASE_SIGMA, USUAL_SPIN_SIGMA
 
 DRAWS = 2000
-"""Draws of a posterior: quantiles of 2.5 % are then good to a twentieth of a standard deviation."""
+"""Number of draws of a posterior: quantiles of 2.5 % are then accurate to a twentieth of a standard
+deviation."""
 
 MOST_CELLS = 4000
-"""Cells beyond which their frictions are not drawn: they would fill a hundred megabytes."""
+"""Maximum number of cells whose frictions are drawn: more would fill a hundred megabytes."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Posterior:
-    """Draws of all that a fit leaves uncertain.
+    """Draws of everything that is uncertain in a fit.
 
     Parameters
     ----------
@@ -118,8 +119,8 @@ def quadratic(grams: Floats, steps: Floats) -> Floats:
 def throw_constants(fitted: SessionFit) -> Floats:
     """Return the constants that make the deviance of each throw −2 ln of a density, (k,).
 
-    The noise's ln variance, ln 2π for each value, and what integrating over its release adds: ln
-    det of the information of the release, less that of the release's prior.
+    The noise's ln variance, ln 2π for each value, and the contribution of integrating over its
+    release: ln det of the information of the release, minus that of the release's prior.
     """
     prior = release_precisions(fitted.session)
     information = fitted.linear.grams[:, :6, :6] + np.eye(6) / RELEASE_SIGMA**2
@@ -130,7 +131,7 @@ def throw_constants(fitted: SessionFit) -> Floats:
 
 
 def release_precisions(session: Session) -> Floats:
-    """Diagonal of the information that is assumed of releases beforehand, (k, 6)."""
+    """Diagonal of the prior information on releases, (k, 6)."""
     prior = np.tile(RELEASE_SIGMA**-2, (len(session), 1))
     blind = ~session.turns
     prior[blind, State.THETA] += FROZEN
@@ -139,7 +140,7 @@ def release_precisions(session: Session) -> Floats:
 
 
 def log_variances(session: Session, noise: SessionNoise) -> Floats:
-    """Σ ln variance of what is new in each row of each throw, (k,)."""
+    """Σ ln variance of the innovations of each throw, (k,)."""
     empty = np.where(np.isfinite(session.observed), 0.0, np.nan)[:, :, None]
     table, work = noise.table(), np.empty(1)
     out = np.empty(len(session))
@@ -175,7 +176,7 @@ def cells_of(model: Model, vectors: Floats, rng: np.random.Generator) -> Floats 
 
 
 def _root(covariance: Floats) -> Floats:
-    """A matrix whose product with its transpose is the covariance."""
+    """Return a matrix whose product with its transpose is the covariance."""
     scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     values, vectors = np.linalg.eigh(covariance / scale[:, None] / scale)
     return scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
@@ -195,7 +196,7 @@ def _draw_factors(
 
 
 def _draw_states(fitted: SessionFit, changes: Floats, rng: np.random.Generator) -> Floats:
-    """Releases of the throws, given the changes of all else, (n, k, 6)."""
+    """Releases of the throws, given the changes of all other parameters, (n, k, 6)."""
     grams = fitted.linear.grams
     # The inverse of the transposed Cholesky factor is a root of the covariance.
     root, scale = release_roots(grams)

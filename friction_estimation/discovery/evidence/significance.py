@@ -1,14 +1,13 @@
-"""Significance: whether throws prove an effect, and whether their own frictions differ by chance.
+"""Significance: the proof of an effect by throws, and of differences between their frictions.
 
 Frames of a throw are not independent, throws are. Every throw is scored under a fit that has not
 seen it, with and without the effect: by its density, in which the throw's release and friction and
 all shared parameters are integrated out. Around a fit everything is quadratic, so that a throw is
-excluded by subtracting its Gram matrix. Student's t says whether the differences are above zero by
-chance.
-An effect between throws (wear, drift, a stone) shows once per throw, in the throw's own friction.
-It is tested by Student's t of the correlation with what the frictions follow most. What one stone
-does within its throws shows in these few alone; it is tested in the same way, by what every throw
-shows of it.
+excluded by subtracting its Gram matrix. Student's t gives the probability that the differences are
+above zero by chance. An effect between throws (wear, drift, a stone) shows once per throw, in the
+throw's own friction. It is tested by Student's t of the correlation with the variable that the
+frictions follow most. An effect of one stone within its throws is tested in the same way, on each
+throw's estimate of it.
 """
 
 from __future__ import annotations
@@ -40,8 +39,8 @@ WIDEST = 1e3
 def broad_prior(model: Model) -> Floats:
     """Gram matrix of a broad prior around the fitted values, (P + 1, P + 1).
 
-    Its standard deviations are those of even chances between a parameter's bounds; without bounds,
-    it says next to nothing.
+    Its standard deviations are those of a uniform distribution between a parameter's bounds;
+    without bounds it is nearly flat.
     """
     low, high = model.bounds
     deviations = np.minimum((high - low) / np.sqrt(12.0), WIDEST)
@@ -49,9 +48,10 @@ def broad_prior(model: Model) -> Floats:
 
 
 def left_out_scores(fitted: SessionFit) -> Floats:
-    """−2 ln of the density of every throw under the fit to all the others, (k,).
+    """−2 ln of the density of every throw under the fit to all others, (k,), up to a constant per
+    throw.
 
-    It is up to a constant of each throw.
+
     """
     grams, log_terms = fitted.linear.each()
     whole = grams.sum(axis=0) + fitted.linear.prior + broad_prior(fitted.model)
@@ -59,7 +59,7 @@ def left_out_scores(fitted: SessionFit) -> Floats:
 
 
 def unseen_scores(fitted: SessionFit, session: Session) -> Floats:
-    """The same of throws that a fit has not seen, each for itself, (k,)."""
+    """Return the same for throws that a fit has not seen, each separately, (k,)."""
     seen = fit(fitted.model, session, fitted.noise, shared=False)
     grams, log_terms = seen.linear.each(fitted.model.spread)
     whole = fitted.linear.total() + broad_prior(fitted.model)
@@ -90,7 +90,7 @@ def weigh_evidence(
     held_out: Session | None,
     whole: Session,
 ) -> list[EffectEvidence]:
-    """Take each of some effects out again and see which throws fit worse without it.
+    """Remove each of some effects and compare the throws' scores without it.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def _scores(fitted: SessionFit, held_out: Session | None) -> Floats:
 
 
 def _fit_without(fitted: SessionFit, label: str) -> SessionFit:
-    """The fit without an effect."""
+    """Return the fit without an effect."""
     term = fitted.model.term(label)
     model = fitted.model.without(label)
     if model.systematic_error and not term.card.is_physical:
@@ -136,9 +136,9 @@ def _fit_without(fitted: SessionFit, label: str) -> SessionFit:
 
 
 def p_of_mean(improvements: Floats) -> float:
-    """Probability that chance alone gives so large a mean improvement of throws (k,).
+    """Probability that chance alone gives such a mean improvement of throws (k,), by Student's t.
 
-    By Student's t. No single throw decides, even if it gains a thousand times more than the others.
+    No single throw decides, even if it gains a thousand times more than the others.
     """
     capped = np.clip(improvements, -LARGEST_IMPROVEMENT, LARGEST_IMPROVEMENT)
     if len(capped) < 2 or capped.sum() <= 0.0:
@@ -148,7 +148,7 @@ def p_of_mean(improvements: Floats) -> float:
 
 
 def own_frictions(fitted: SessionFit) -> tuple[Floats, Floats]:
-    """For each throw its ln μ less that of the model, and the standard error, (k,) each."""
+    """For each throw its ln μ minus that of the model, and the standard error, (k,) each."""
     reduced = fitted.linear.reduced
     h = np.maximum(reduced[:, 0, 0], 1e-12)
     return fitted.ln_factors + reduced[:, 0, -1] / h, 1.0 / np.sqrt(h)
@@ -169,7 +169,7 @@ def throw_covariates(session: Session, states: Floats) -> dict[str, Floats]:
         "swept": swept,
     }
     if not session.turns.any():
-        # A spin that was not measured follows the friction, which it eases.
+        # An unmeasured spin is correlated with the friction.
         del columns["spin"], columns["spin side"]
     for stone, count in zip(*np.unique(session.stones, return_counts=True), strict=True):
         if count > 1:
@@ -178,10 +178,10 @@ def throw_covariates(session: Session, states: Floats) -> dict[str, Floats]:
     return {k: (v - v.mean()) / spread[k] for k, v in columns.items() if spread[k] > 1e-9}
 
 
-def follows_most(
+def strongest_correlation(
     columns: Floats, values: Floats, weights: Floats | None = None
 ) -> tuple[int, float]:
-    """Find the column that values follow most.
+    """Return the column with the strongest correlation.
 
     Parameters
     ----------
@@ -206,19 +206,21 @@ def follows_most(
 
 
 def _chosen(p: float) -> float:
-    """The p of an effect that was chosen among many of which throws tell little; 1 if too large."""
+    """Return the p of an effect chosen among many with few data; 1 if too large."""
     return p if p < LARGEST_P_BETWEEN_THROWS else 1.0
 
 
 def _p_between_throws(fitted: SessionFit) -> float:
-    """Probability that by chance the throws' frictions follow order, clock or a stone so well."""
+    """Probability of such a correlation of the throws' frictions with order, clock or a stone by
+    chance.
+    """
     columns = throw_covariates(fitted.session, fitted.states)
     chosen = [v for k, v in columns.items() if k in ("order", "clock") or k.startswith("stone")]
-    return follows_most(np.column_stack(chosen), own_frictions(fitted)[0])[1]
+    return strongest_correlation(np.column_stack(chosen), own_frictions(fitted)[0])[1]
 
 
 def _p_of_stones(fitted: SessionFit, term: Term) -> float:
-    """Probability that by chance what the throws show of a parameter differs so between stones.
+    """Probability of such a difference of a parameter between stones by chance.
 
     Parameters
     ----------
@@ -228,8 +230,8 @@ def _p_of_stones(fitted: SessionFit, term: Term) -> float:
     own, sigma = own_values(fitted, term)
     stones, counts = np.unique(fitted.session.stones, return_counts=True)
     columns = (fitted.session.stones[:, None] == stones[counts > 1]).astype(np.float64)
-    # What a throw shows may vary by more than its noise: none counts above twice a usual one.
-    return follows_most(columns, own, 1.0 / (sigma**2 + np.median(sigma) ** 2))[1]
+    # Estimates of throws may vary by more than their noise: no weight exceeds twice the usual one.
+    return strongest_correlation(columns, own, 1.0 / (sigma**2 + np.median(sigma) ** 2))[1]
 
 
 def own_values(fitted: SessionFit, term: Term) -> tuple[Floats, Floats]:
@@ -254,15 +256,16 @@ def own_values(fitted: SessionFit, term: Term) -> tuple[Floats, Floats]:
 
 
 def friction_structure(fitted: SessionFit) -> tuple[str, float]:
-    """The circumstance that the throws' own frictions follow most, and p that it is chance.
+    """Return the circumstance that the throws' own frictions follow most, and its p.
 
-    Beside a friction map it is not asked whether they follow the line: throws on a line share what
-    is inexact in the map, and chance would not do as well.
+    With a friction map the line is not tested: throws on one line share the errors of the map.
     """
     if fitted.model.spread <= 1.01 * LEAST_SPREAD or len(fitted.session) < 8:
         return "", 1.0
     columns = throw_covariates(fitted.session, fitted.states)
     if fitted.model.map_field is not None:
         columns.pop("x", None)
-    which, p = follows_most(np.column_stack(list(columns.values())), own_frictions(fitted)[0])
+    which, p = strongest_correlation(
+        np.column_stack(list(columns.values())), own_frictions(fitted)[0]
+    )
     return list(columns)[which], p

@@ -1,4 +1,4 @@
-"""Throws that could be made next: a grid that a player can make, and how a coach calls each."""
+"""Candidates for the next throws: a grid of playable throws, and their calls."""
 
 from __future__ import annotations
 
@@ -28,26 +28,26 @@ WEIGHTS = {
     "normal hit weight": 1.4,
     "peel weight": 1.75,
 }
-"""Speeds that are tried, over that of a draw to the tee."""
+"""Speeds that are tried, relative to a draw to the tee."""
 SPINS = (-2.2, -0.8, 0.8, 2.2)
 """Spins that are tried [rad/s]: a quick and a slow turn to either side."""
 LINES = (-0.5, -0.25, 0.0, 0.25, 0.5)
 """Lines that are tried, from the centre line to the side lines."""
 WAITS = (60.0, 3600.0)
-"""Times after the last throw that are tried where a term depends on the hour [s]."""
+"""Times after the last throw that are tried if a term depends on the time [s]."""
 ROW_SPACING = 0.25
-"""Time between the rows at which a throw is judged [s]; each counts as all frames around it."""
+"""Time between the evaluated rows of a throw [s]; each stands for all frames around it."""
 LONGEST = 32.0
-"""Time for which a throw is followed [s]: slower ones have all but stopped."""
+"""Maximum simulated time of a throw [s]: nearly all stones have stopped by then."""
 AT_REST = 0.02
-"""Speed below which further rows say nothing new [m/s]."""
+"""Speed below which further rows add no information [m/s]."""
 DRAW_SPEEDS = np.linspace(1.2, 3.4, 23)
-"""Speeds among which that of a draw to the tee is sought [m/s]."""
+"""Range of the search for the speed of a draw to the tee [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrialThrow:
-    """A throw that could be made, straight along the sheet.
+    """A possible throw, straight along the sheet.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class TrialThrow:
 def trial_throws(fitted: SessionFit, terms: Sequence[Term]) -> list[TrialThrow]:
     """Return the grid of throws: weights, spins and lines in both directions.
 
-    Sweeping, the stone and the time of day are varied where one of the terms depends on them.
+    Sweeping, the stone and the time of day are varied if one of the terms depends on them.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def trial_throws(fitted: SessionFit, terms: Sequence[Term]) -> list[TrialThrow]:
 
 
 def draw_speeds(fitted: SessionFit) -> dict[Direction, float]:
-    """The speed of a draw to the tee in each direction [m/s]."""
+    """Return the speed of a draw to the tee in each direction [m/s]."""
     found: dict[Direction, float] = {}
     times = np.array([0.0, 60.0])
     for direction in (Direction.AWAY, Direction.HOME):
@@ -126,7 +126,7 @@ def draw_speeds(fitted: SessionFit) -> dict[Direction, float]:
 def lay_out(
     session: Session, throws: Sequence[TrialThrow], times: Floats | None = None
 ) -> tuple[Session, Floats]:
-    """The throws as a session after another one, each as the very next throw.
+    """Return the throws as a session after another one, each as its next throw.
 
     Parameters
     ----------
@@ -164,13 +164,13 @@ def lay_out(
 
 
 def is_seen(path: Floats) -> Flags:
-    """Rows of paths (n, 6) at which a stone is on the ice played on, and moves, (n,)."""
+    """Rows of paths (n, 6) at which a stone moves on the ice in play, (n,)."""
     moving = np.hypot(path[:, State.VX], path[:, State.VY]) > AT_REST
     return moving & (np.abs(path[:, State.Y]) < BACK_LINE_Y)
 
 
 def noise_of_rows(fitted: SessionFit) -> SessionNoise:
-    """The noise of a row that stands for all the frames around it."""
+    """Return the noise of a row that stands for all the frames around it."""
     session, noise = fitted.session, fitted.noise
     steps = np.diff(session.times)
     frames = ROW_SPACING / max(float(np.median(steps[steps > 0])), 1e-3)
@@ -197,10 +197,9 @@ def hog_to_hog(path: Floats, direction: Direction) -> float:
 
 
 def in_words(throw: TrialThrow, path: Floats, sheet: Sheet, terms: Sequence[Term]) -> str:
-    """The throw as a coach calls it: weight, handle, line, and where it comes to rest.
+    """Return the call of the throw: weight, handle, line and place of rest.
 
-    Handles are a right-hander's. Stone and sweeping are named where one of the terms depends on
-    them.
+    Handles are a right-hander's. Stone and sweeping are named if one of the terms depends on them.
 
     Parameters
     ----------
@@ -224,7 +223,7 @@ def in_words(throw: TrialThrow, path: Floats, sheet: Sheet, terms: Sequence[Term
 
 
 def _line_in_words(throw: TrialThrow, sheet: Sheet) -> str:
-    """The line of delivery, as the thrower sees it."""
+    """Return the line of delivery, as the thrower sees it."""
     if throw.line == 0.0:
         return "down the centre line"
     part = {0.25: "a quarter of the way", 0.5: "half-way"}[

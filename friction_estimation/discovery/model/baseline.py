@@ -1,4 +1,4 @@
-"""The model that discovery starts from, before it is fitted to the session's own throws."""
+"""Initial model of a discovery, before it is fitted to the throws of the session."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def base_model(ice: Ice | None, session: Session) -> Model:
             terms.append(_term(card, effect.parameters, set(effect.sigma)))
         elif effect.name not in catalogue():
             raise InputError(f"unknown effect {effect.name!r}; expected one of {', '.join(known)}")
-        # Others hold nothing to fit: remarks, and factors by which the tracks were corrected.
+        # Others have nothing to fit: remarks, and factors by which the tracks were corrected.
     return Model(
         ice=ice,
         terms=tuple(terms),
@@ -56,7 +56,7 @@ def base_model(ice: Ice | None, session: Session) -> Model:
 
 
 def _term(card: EffectCard, given: Mapping[str, float], uncertain: set[str]) -> Term:
-    """An effect of an ice file as a term.
+    """Return an effect of an ice file as a term.
 
     Parameters
     ----------
@@ -74,11 +74,11 @@ def _term(card: EffectCard, given: Mapping[str, float], uncertain: set[str]) -> 
         if not p.held and (p.neutral is not None or p.name in uncertain)
     )
     if card.search.variants:
-        # The variant that it has is fitted; the others stay candidates.
+        # The active variant is fitted; the others remain candidates.
         idle = neutral_values(card)
         acts = {name for name, value in values.items() if value != idle[name]} | uncertain
         free = tuple(p.name for p in card.parameters if not p.held and p.name in acts) or free
-    # The shape of an effect differs from rink to rink, like its strength; few throws tell it.
+    # The shape of an effect differs from rink to rink, like its strength; few throws determine it.
     shape = {p.name: p.spread for p in card.parameters if p.spread is not None}
     beliefs = {n: Belief(mean=float(values[n] or 0.0), sd=sd) for n, sd in shape.items()}
     return Term(
@@ -92,8 +92,8 @@ def _term(card: EffectCard, given: Mapping[str, float], uncertain: set[str]) -> 
 def first_friction(session: Session) -> float:
     """Return the median deceleration of the throws over g, from which a fit begins.
 
-    Throws that were seen for less than half as long as another are ignored: a short slide between
-    two contacts hardly shows how it slows. The time counts and not the number of rows, because
+    Throws seen for less than half as long as another are ignored, because a short slide between two
+    contacts hardly shows its deceleration. The criterion is time, not the number of rows, because
     tracks from films keep few of them.
     """
     firsts, lasts = session.starts[:-1], session.starts[1:] - 1

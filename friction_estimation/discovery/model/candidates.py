@@ -1,8 +1,8 @@
-"""Effects that may be missing, and terms: effects with values, as a model holds them.
+"""Candidate effects, and terms: effects with values in a model.
 
-Candidates are all effects of the catalogue, those that a user registers included, and all that a
-camera may do to a path. An effect's card says when a session can show it, which parameters are
-fitted first and which only shape it.
+Candidates are all effects of the catalogue, including registered ones, and the effects of the
+measurement. An effect's card states when a session can show it, which parameters are fitted first
+and which only determine its shape.
 """
 
 from __future__ import annotations
@@ -56,19 +56,19 @@ class Term:
 
     @property
     def variant(self) -> Variant | None:
-        """The variant of the effect that is fitted, if it is one."""
+        """Fitted variant of the effect, if any."""
         return next((v for v in self.card.search.variants if self.free == (v.parameter,)), None)
 
     @property
     def label(self) -> str:
-        """Name of the effect, with its stone and its variant in brackets where it has one."""
+        """Name of the effect, with its stone and variant in brackets, if any."""
         which = [] if self.stone is None else [str(self.stone)]
         which += [self.variant.parameter] if self.variant else []
         return f"{self.name}[{', '.join(which)}]" if which else self.name
 
     @property
     def stone(self) -> int | None:
-        """The stone that the effect belongs to, if it belongs to one."""
+        """Stone of the effect, if any."""
         parameter = self.card.search.stone
         return None if parameter is None else round(self.values[parameter])
 
@@ -79,7 +79,7 @@ class Term:
 
     @property
     def wears_map(self) -> bool:
-        """Return whether earlier stones change the map that it acts by."""
+        """Return whether earlier stones change the map through it."""
         return self.variant is not None and self.variant.parameter == "along_path"
 
     @property
@@ -89,7 +89,7 @@ class Term:
 
     @property
     def at_a_limit(self) -> bool:
-        """Return whether a strength exceeds that of any ice: it has taken over something else."""
+        """Return whether a strength exceeds that of any ice, as when it absorbs another effect."""
         return any(
             bool(np.isclose(self.values[p.name], limit))
             for p in self.card.parameters
@@ -99,14 +99,14 @@ class Term:
         )
 
     def with_values(self, **values: float) -> Term:
-        """The same term with other values of some parameters."""
+        """Return the same term with other values of some parameters."""
         return replace(self, values={**self.values, **values})
 
     def freed(self, *names: str) -> Term:
-        """The same term with these parameters fitted as well.
+        """Return the same term with these parameters fitted as well.
 
-        The sides of an area lie near where the search placed them: where no stone ran nothing else
-        holds them.
+        The sides of an area have a prior around the result of the search, which matters where no
+        stone ran.
         """
         more = tuple(name for name in names if name not in self.free)
         sides = {
@@ -121,7 +121,7 @@ class Term:
         sigma: Mapping[str, float] | None = None,
         common: Mapping[str, tuple[float, ...]] | None = None,
     ) -> ActiveEffect:
-        """The term as it stands in an ice file."""
+        """Return the term as an effect of an ice file."""
         errors = dict(sigma or {})
         believed = tuple(
             name
@@ -139,31 +139,31 @@ class Term:
 
 
 def effect_of(label: str) -> str:
-    """The part of a label that says what acts: without a stone, but with a variant."""
+    """Return the effect of a label: without its stone, but with its variant."""
     name, variant = label.partition("[")[0], variant_of(label)
     return f"{name}[{variant.parameter}]" if variant else name
 
 
 def card_of(label: str) -> EffectCard | None:
-    """The card of what a label names: the friction map, or an effect of the catalogue."""
+    """Return the card of a label: of the friction map, or of an effect of the catalogue."""
     if label == MAP_CARD.name:
         return MAP_CARD
     return catalogue().get(label.partition("[")[0])
 
 
 def variant_of(label: str) -> Variant | None:
-    """The variant of an effect that a label names, if it names one."""
+    """Return the variant of an effect in a label, if there is one."""
     card, which = card_of(label), label.partition("[")[2].removesuffix("]").split(", ")
     return next((v for v in card.search.variants if v.parameter in which), None) if card else None
 
 
 def way_of(label: str) -> Variant | EffectCard | None:
-    """Return the variant that a label names, or else the effect itself; None if unknown."""
+    """Return the variant of a label, or else the effect itself; None if unknown."""
     return variant_of(label) or card_of(label)
 
 
 def known_effects(measurements: Sequence[EffectCard] | None = None) -> dict[str, EffectCard]:
-    """All effects by name: those that the stone feels, then those of the measurement.
+    """Return all effects by name: those of the physics, then those of the measurement.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def known_effects(measurements: Sequence[EffectCard] | None = None) -> dict[str,
 
 
 def neutral_values(card: EffectCard, **given: float) -> dict[str, float]:
-    """Values at which the effect does nothing and its shape is the usual one."""
+    """Return the values at which the effect does nothing and has its usual shape."""
     values: dict[str, float] = {}
     for p in card.parameters:
         value = given.get(p.name, p.default if p.neutral is None else p.neutral)
@@ -184,9 +184,9 @@ def neutral_values(card: EffectCard, **given: float) -> dict[str, float]:
 
 
 def candidates(session: Session, terms: tuple[Term, ...] = ()) -> list[Term]:
-    """Terms at their neutral values that a session could show, without those of a model.
+    """Return terms at their neutral values that a session could show, without those of a model.
 
-    Effects within an area are not among them: they are searched for by `find_patch`.
+    Effects within an area are not included: `find_patch` searches for them.
 
     Parameters
     ----------
@@ -202,7 +202,7 @@ def candidates(session: Session, terms: tuple[Term, ...] = ()) -> list[Term]:
             continue
 
         def is_felt(name: str, card: EffectCard = card) -> bool:
-            # What only scales a push of others cannot be measured where nothing pushes so.
+            # A scale of other effects' pushes cannot be measured without such effects.
             return card.parameter(name).scales in (None, *pushes)
 
         ways: list[tuple[str, ...]] = [
@@ -230,7 +230,7 @@ def candidates(session: Session, terms: tuple[Term, ...] = ()) -> list[Term]:
 
 
 def _shows(session: Session, needs: tuple[Need, ...]) -> bool:
-    """Return whether a session holds all that an effect needs to be visible."""
+    """Return whether a session has everything that an effect needs to be visible."""
     orders = session.wear_tracks.orders
     holds: dict[Need, bool] = {
         "swept": bool(session.swept.any()),

@@ -1,4 +1,4 @@
-"""The fit of a model to a session: shared parameters, with every throw's release projected out.
+"""Fit of a model to a session: shared parameters, with every throw's release projected out.
 
 Gauss–Newton steps on whitened residuals. For each throw the release state is free and the friction
 deviates by a random factor, whose logarithm has the spread τ. Both are eliminated, so that only the
@@ -8,9 +8,9 @@ factors integrated out,
     F = Σ_throws [ |whitened residual|² + ln(1 + τ² h) ] + prior,
 
 where h is the information of a throw about its own friction. τ is found with the shared parameters:
-the quadratic around the present point is profiled over a grid of τ, because F has more than one
-minimum (a spread of zero explains nothing, a free one absorbs every effect between throws). The
-amplitude of the systematic error is found likewise, with its coefficients integrated out.
+the quadratic around the present point is profiled over a grid of τ, because F has several minima (a
+spread of zero explains nothing, a free one absorbs every effect between throws). The amplitude of
+the systematic error is found in the same way, with its coefficients integrated out.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class SessionFit:
 
     @property
     def columns(self) -> Floats:
-        """Derivatives of x, y and heading there, (rows, 3, 7 + P), as of `sensitivities`."""
+        """Derivatives of x, y and heading at the fit, (rows, 3, 7 + P), as in `sensitivities`."""
         return _columns_of(self)
 
     @property
@@ -138,7 +138,7 @@ class SessionFit:
             (float(distance[rows].max()), float(turn[rows].max()))
             for rows in map(session.rows, range(len(session)))
         ]
-        # A radian counts as much as it moves the rim of a stone.
+        # A radian is weighted by the movement of a stone's rim.
         rim = self.model.ice.stone.radius
         k = int(np.argmax([metres + rim * radians for metres, radians in largest]))
         metres, radians = largest[k]
@@ -147,7 +147,7 @@ class SessionFit:
 
 @lru_cache(maxsize=2)
 def _columns_of(fitted: SessionFit) -> Floats:
-    """Kept for the last fits only: a table of many throws takes a hundred megabytes."""
+    """Cached for the last fits only: a table of many throws takes a hundred megabytes."""
     return sensitivities(fitted.model, fitted.session, fitted.states, fitted.ln_factors)[1]
 
 
@@ -174,7 +174,7 @@ def singular_fit_refused() -> Generator[None]:
 
 
 class Point(NamedTuple):
-    """Present state of a fit: releases, the session there, and F with these at their best."""
+    """Current state of a fit: releases, the linearised session, and F with optimal releases."""
 
     states: Floats
     linear: Linearisation
@@ -184,7 +184,7 @@ class Point(NamedTuple):
 def linearise(
     model: Model, session: Session, noise: SessionNoise, states: Floats, ln_factors: Floats
 ) -> tuple[Floats, Linearisation]:
-    """The model linearised at a point.
+    """Return the model linearised at a point.
 
     Returns
     -------
@@ -231,7 +231,7 @@ def fit(
     damping = 1.0
     falls: list[float] = []
     for _ in range(iterations):
-        # Stones of a step too far may fly off until the numbers overflow; it is refused.
+        # In too large a step stones may diverge until numbers overflow; such a step is rejected.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             _, linear = linearise(model, session, noise, states, ln_factors)
             if shared:
@@ -240,7 +240,7 @@ def fit(
             here = linear.deviance()
         if present is not None and not here < present.deviance + 1e-6:
             damping *= 0.3
-            # What is left to gain is no more than was lost, which does not count.
+            # The remaining gain is below the tolerance.
             if damping < 0.02 or here - present.deviance < CONVERGED:
                 break
         else:
@@ -248,11 +248,11 @@ def fit(
             arrived = falls[-1] < CONVERGED and damping == 1.0
             damping = min(1.0, 3.0 * damping)
             present = Point(states, linear, here)
-            if arrived or here - _still_to_fall(falls) > goal:
+            if arrived or here - _remaining_fall(falls) > goal:
                 break
         model, states, ln_factors = _step(present, session, damping, shared)
     assert present is not None
-    # The deviance is that of the best releases; those of the last point are still a step behind.
+    # The deviance assumes the best releases; those of the last point are one step behind.
     _, states, ln_factors = _step(present, session, 1.0, False)
     linear = present.linear
     grams = _moved(linear.grams, states - present.states, ln_factors - linear.ln_factors)
@@ -282,7 +282,7 @@ def refit(
 
 
 def fit_to(fitted: SessionFit, session: Session) -> SessionFit:
-    """Fit the model of a fit to other throws, some of which it was fitted to.
+    """Fit the model of a fit to other throws, which may include those of the fit.
 
     Parameters
     ----------
@@ -316,17 +316,17 @@ def releases_near(session: Session, *fits: SessionFit) -> tuple[Floats, Floats]:
     return states, ln_factors
 
 
-def _still_to_fall(falls: Sequence[float]) -> float:
-    """Fall of the deviance still to come if the last two falls begin a geometric series."""
+def _remaining_fall(falls: Sequence[float]) -> float:
+    """Remaining fall of the deviance if the last two falls begin a geometric series."""
     before, last = ([np.inf, np.inf, *falls])[-2:]
     return last**2 / (before - last) if last < before < np.inf else np.inf
 
 
 def _most_likely_spread(linear: Linearisation) -> float:
-    """The spread that minimises F at the present parameters.
+    """Return the spread that minimises F at the present parameters.
 
-    The spread that a step foresees is that of its end as if all were linear. Where it is nearly
-    zero, what is not linear in the step would count a hundredfold, and the step be refused.
+    The spread that a step predicts assumes linearity. If it is nearly zero, the nonlinear part of
+    the step would count a hundredfold, and the step would be rejected.
     """
     h, reduced = linear.reduced[:, 0, 0], linear.reduced
     own = linear.ln_factors + reduced[:, 0, -1] / h
@@ -348,10 +348,10 @@ def _moved(grams: Floats, state_step: Floats, factor_step: Floats) -> Floats:
 
 
 def _part_of_the_way(model: Model, foreseen: Model, part: float) -> Model:
-    """The model with amplitudes of its fields that go as far as a step towards foreseen ones.
+    """Return the model with amplitudes of its fields interpolated like a shortened step.
 
-    Coefficients that are still large would not be believed at the small amplitude of a step's end,
-    and each shorter step would be refused for it.
+    Coefficients that are still large are improbable at the small amplitude of the full step, so
+    that each shorter step would be rejected.
     """
     if part == 1.0:
         return foreseen
@@ -389,7 +389,7 @@ def _step(
         shift = (right_side - ln_factors / spread**2) / (h + spread**-2)
     else:
         shift = -ln_factors
-    # A step far beyond the linear range must not lead to friction that no ice has.
+    # A step far beyond the linear range must not lead to impossible friction.
     shift = np.clip(ln_factors + shift, -LARGEST_LN_FACTOR, LARGEST_LN_FACTOR) - ln_factors
     changes = np.column_stack([shift, np.broadcast_to(step, (len(shift), len(step)))])
     states = states + release_steps(linear.grams, changes[None])[0]

@@ -1,9 +1,9 @@
 """Predicted paths of all throws of a session at the times at which they were measured.
 
-Each stone slides by the one integrator of the physics, `integrate`, on separate ice: the map with
-the factor of its throw and the wear of earlier stones, and the pushes of an unknown effect as one
-more effect of the law. A fit asks for this some thousand times per session. Steps are so short that
-paths change smoothly with every parameter, and finite differences can be trusted.
+Each stone slides by the integrator of the physics, `integrate`, on separate ice: the map with the
+factor of its throw and the wear of earlier stones, and the pushes of an unknown effect as one more
+effect of the law. A fit calls this some thousand times per session. Steps are short enough for
+paths to change smoothly with every parameter, so that finite differences are accurate.
 """
 
 from __future__ import annotations
@@ -50,12 +50,12 @@ STEPS = StepControl(
 )
 """Steps after which paths are right to some micrometres."""
 STEPS_ON_TRACKS = STEPS._replace(target_error=1e-3, relative_error=1e-4, longest_share=0.05)
-"""Steps where contacts feel tracks and the law is rough. A step is taken again there only after an
-error of centimetres: steps of whatever length are less rough than a choice between two."""
+"""Steps for wear under contacts, where the law is rough. A step is repeated there only after an
+error of centimetres: fixed steps give smoother derivatives than adaptive ones."""
 NODES = 2_000
-"""Nodes of a path for which there is room at first."""
+"""Initial capacity of a path in nodes."""
 MAX_OFFSET_OF_POINT = 300.0
-"""Distance along either axis at which a stone that a trial of the fit sends away is left [m]."""
+"""Distance along either axis at which a diverging stone of a trial step is stopped [m]."""
 
 
 class Wear(NamedTuple):
@@ -73,7 +73,7 @@ class Wear(NamedTuple):
 
 
 class ThrowInputs(NamedTuple):
-    """Inputs of the throws of a session, apart from what is fitted.
+    """Inputs of the throws of a session, except fitted parameters.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ class ThrowInputs(NamedTuple):
 
 
 class _Slides(NamedTuple):
-    """Arrays in which the throws of a session slide, since compiled code allocates none.
+    """Work arrays for the throws of a session, because compiled code allocates none.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class _Slides(NamedTuple):
 
 
 def _slides(law: Law, nodes: int) -> _Slides:
-    """The arrays for a law, with room for a number of nodes of a path."""
+    """Return the arrays for a law, with room for a number of nodes of a path."""
     control = STEPS if law.wear == 0.0 else STEPS_ON_TRACKS
     return _Slides(
         motion=np.zeros(MOTION_SIZE),
@@ -132,7 +132,7 @@ def _slides(law: Law, nodes: int) -> _Slides:
 
 @effect_kernel
 def _unknown(motion: Any, theta: Any, push: Any) -> None:
-    """Push as something unknown does: theta holds how many times, their spacing, and the sizes."""
+    """Apply the pushes of an unknown effect: theta has their number, spacing and sizes."""
     last = theta[0] - 1.0
     if last < 1.0:
         return
@@ -149,7 +149,7 @@ def _unknown(motion: Any, theta: Any, push: Any) -> None:
 
 
 def _own_law(law: Law, wear: Wear, pushes: UnknownPushes) -> Law:
-    """A law with room for the map of each throw, and for what something unknown does to it."""
+    """Return a law with room for the map of each throw and the pushes of an unknown effect."""
     rows, columns = law.mu.shape if wear.along_path == 0.0 else wear.passes.shape[1:]
     law = law._replace(
         mu=np.empty((rows, columns)), patterned=law.patterned or wear.along_path != 0.0
@@ -166,7 +166,7 @@ def _own_law(law: Law, wear: Wear, pushes: UnknownPushes) -> Law:
 
 @inlined
 def _fill_in(law: Any, mu: Any, wear: Any, factor: float, throws: Any, throw: int) -> None:
-    """Make a law that of a throw."""
+    """Set a law to that of a throw."""
     if wear.along_path == 0.0:
         for i in range(mu.shape[0]):
             for j in range(mu.shape[1]):
@@ -201,7 +201,9 @@ def _set_motion(motion: Any, throws: Any, throw: int) -> None:
 
 @inlined
 def _sweep_from(throws: Any, throw: int, swept: bool, switch: int) -> Any:
-    """Return the begin and end of the present or next sweep of a throw; infinite if none."""
+    """Return begin and end of the current or next sweep of a throw; infinite if there is no
+    sweep.
+    """
     switches, last = throws.switches, throws.switch_starts[throw + 1]
     begin = -1.0
     if not swept:
@@ -256,7 +258,7 @@ def _read_path(path: Any, count: int, times: Any, release: Any, out: Any) -> Non
 def _slide_throws(
     law: Any, mu: Any, wear: Any, factors: Any, states: Any, throws: Any, out: Any, work: Any
 ) -> int:
-    """Slide every throw; the number of nodes of the longest path, or more than there is room for.
+    """Slide every throw; return the number of nodes of the longest path, or more than the capacity.
 
     Parameters
     ----------

@@ -1,10 +1,9 @@
-"""The friction map as a smooth Gaussian field: ln μ differs from place to place.
+"""The friction map as a smooth Gaussian field of ln μ. ln μ deviates from the map of the ice by a
+Matérn field, a sum of patterns: the strongest ones of its prior where stones ran.
 
-Over the sheet ln μ deviates from the map of the ice by a Matérn field. It is written as a sum of
-patterns, the strongest ones of its prior where stones ran. Their coefficients are shared parameters
-with a prior, found beside the effects; the size of the field is the most likely one, and so is its
-correlation length. If the map of the ice is that of another day, its errors are part of the field:
-where it was known well, the field deviates only by what has changed since.
+Their coefficients are shared parameters with a prior, fitted together with the effects; amplitude
+and correlation length maximise the likelihood. If the map is that of another day, its standard
+errors are part of the prior: where it was known well, the field describes only the change since.
 """
 
 from __future__ import annotations
@@ -45,13 +44,14 @@ CARD = EffectCard(
     shown_over="y",
     dissipative=True,
 )
-"""The map as a finding of discovery. In an ice file it is the friction itself, not an effect."""
+"""Card of the map as a discovered effect. In an ice file it is the friction itself, not an
+effect."""
 
 
 NEAR = 0.002
-"""Tolerance with which a field of one correlation length takes over ln μ from another."""
+"""Tolerance of the conversion of ln μ between fields of different correlation lengths."""
 LEAST_SPACING = 0.3
-"""Least distance between the places by which the field is described [m]."""
+"""Minimum distance between the places that describe the field [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,7 +79,7 @@ class FrictionField(GaussianField):
 
     @property
     def amplitudes(self) -> Floats:
-        """Amplitudes that may be tried with these patterns."""
+        """Candidate amplitudes for these patterns."""
         return MAP_AMPLITUDES if self.known is None else np.array([self.amplitude])
 
     @property
@@ -93,7 +93,7 @@ class FrictionField(GaussianField):
         return (self.patterns @ self.values).reshape(self.sheet.shape)
 
     def near(self, ln_mu: Floats) -> FrictionField:
-        """The same with coefficients that come nearest to a deviation of ln μ where stones ran.
+        """Return the field with the coefficients nearest to a deviation of ln μ where stones ran.
 
         Parameters
         ----------
@@ -105,7 +105,7 @@ class FrictionField(GaussianField):
         return self.at(np.asarray(values, dtype=np.float64))
 
     def unresolved(self) -> Floats:
-        """Part of the prior variance of each cell that the patterns leave out, (cells,).
+        """Part of the prior variance of each cell that the patterns omit, (cells,).
 
         In units of the squared amplitude, as the patterns are.
         """
@@ -113,14 +113,15 @@ class FrictionField(GaussianField):
         return np.maximum(whole - (self.patterns**2).sum(axis=1), 0.0)
 
     def unresolved_covariance(self) -> Floats:
-        """The part of the prior's correlation that the patterns leave out, (cells, cells)."""
+        """Part of the prior's correlation that the patterns omit, (cells, cells)."""
         centres = _centres(self.sheet)
         size = _relative_deviations(self.known, self.amplitude, len(centres))
         whole = _correlation(centres, centres, self.length, self.smoothness)
         return size[:, None] * whole * size - self.patterns @ self.patterns.T
 
     def patterns_at(self, xy: Floats) -> Floats:
-        """The patterns at points of the sheet, (n, r), bilinear between the centres of cells.
+        """Return the patterns at points of the sheet, (n, r), bilinear between the centres of
+        cells.
 
         Parameters
         ----------
@@ -131,7 +132,7 @@ class FrictionField(GaussianField):
 
 
 def cells_at(sheet: Sheet, xy: Floats) -> tuple[Indices, Floats]:
-    """The four cells around points (n, 2): flat indices and bilinear weights, (n, 4) each."""
+    """Return the four cells around points (n, 2): flat indices and weights, (n, 4) each."""
     (i, i1), (j, j1), u, v = sheet.cells_around(xy)
     columns = sheet.shape[1]
     cells = np.column_stack(
@@ -171,7 +172,7 @@ def crossed_by(sheet: Sheet, paths: Sequence[Floats]) -> Crossed:
     """
     xy = np.concatenate([_filled(path) for path in paths])
     row, column = sheet.cell_of(xy)
-    # The places that stand for the ice are no closer than a stone is wide, however small the cells.
+    # The representative places are at least a stone's width apart, however small the cells.
     spacing = max(sheet.cell_size, LEAST_SPACING)
     places, counts = np.unique(np.round(xy / spacing), axis=0, return_counts=True)
     return Crossed(places * spacing, counts, np.unique(row * sheet.shape[1] + column))
@@ -186,7 +187,7 @@ def field_along(
     known: Floats | None = None,
     change: float = USUAL_MAP_SD,
 ) -> FrictionField:
-    """A field of zero whose patterns are the strongest ones where stones ran.
+    """Return a field of zero with the strongest patterns where stones ran.
 
     Parameters
     ----------
@@ -197,7 +198,7 @@ def field_along(
     change : standard deviation of that change; else the amplitude with which a fit begins
     """
     places, counts, cells = crossed
-    # A place that was crossed twice as often does not deserve twice the detail.
+    # A place that was crossed twice as often does not need twice the detail.
     root = (counts / counts.mean()) ** 0.25
     size = _relative_deviations(known, change, sheet.shape[0] * sheet.shape[1])
     here = size[np.ravel_multi_index(sheet.cell_of(places), sheet.shape)]
@@ -225,7 +226,7 @@ def field_along(
 def fields_to_try(
     sheet: Sheet, paths: Sequence[Floats], known: Floats | None = None
 ) -> list[FrictionField]:
-    """Fields of zero of all shapes that are tried.
+    """Return fields of zero of all tried shapes.
 
     Parameters
     ----------
@@ -244,7 +245,7 @@ def fields_to_try(
 
 
 def _filled(path: Floats) -> Floats:
-    """A path (n, 2) with points in between, so that none of its cells is passed over."""
+    """Return a path (n, 2) with intermediate points, so that no cell is skipped."""
     place = np.linspace(0.0, len(path) - 1.0, 12 * len(path))
     at = np.arange(len(path))
     return np.column_stack([np.interp(place, at, path[:, axis]) for axis in range(2)])

@@ -1,14 +1,14 @@
-"""Coefficients that are fitted with a Gaussian prior, whose width is found beside them.
+"""Coefficients with a Gaussian prior, whose width is fitted too.
 
-The rest of a lens, a pose and a stone's outline that no calibration removes displaces every stone
-that passes a place by the same millimetres, and no number of throws averages that away. It is a
-smooth Gaussian field over the sheet, of an amplitude that a good calibration leaves at most: a lens
-that is wrong by centimetres is to be found, not to be absorbed.
+Errors of the lens, the pose and the stone's outline that remain after calibration displace every
+stone at a place by the same millimetres, and no number of throws averages them away. They are a
+smooth Gaussian field over the sheet, whose amplitude is limited to the residual of a good
+calibration: a lens error of centimetres must be found, not absorbed.
 
 A ripple is a shorter displacement b(y) along the sheet. To a throw at speed v it looks like a
 friction that is off by b''v²/g, with opposite signs for throws in opposite directions. But it
-follows v² and the direction, and μ follows neither, so that throws at several speeds and in both
-directions tell them apart.
+depends on v² and the direction, and μ on neither, so that throws at several speeds and in both
+directions distinguish them.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class GaussianField:
     held: bool = False
 
     def __len__(self) -> int:
-        """Number of coefficients that a fit may change."""
+        """Number of free coefficients."""
         return 0 if self.held else len(self.values)
 
     @property
@@ -75,16 +75,16 @@ class GaussianField:
         return 0.0
 
     def at(self, values: Floats) -> Self:
-        """The same with other coefficients."""
+        """Return the same with other coefficients."""
         return replace(self, values=values)
 
     def with_amplitude(self, amplitude: float) -> Self:
-        """The same with another amplitude."""
+        """Return the same with another amplitude."""
         return replace(self, amplitude=amplitude)
 
 
 class CameraField(GaussianField):
-    """A field that displaces what a camera sees."""
+    """A field that displaces measured positions."""
 
     def columns(self, xy: Floats, theta: Floats) -> Floats:
         """Displacements of places (rows, 2) with headings (rows,), (rows, 2, n), per coefficient.
@@ -100,11 +100,11 @@ class CameraField(GaussianField):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SystematicError(CameraField):
-    """A displacement of measured places, smooth along the sheet and linear across it, one of a
-    wrong scale and a bent one over the whole sheet, and another that turns with the stone [m].
+    """Displacement of measured positions [m]: smooth along the sheet and linear across it, with an
+    error of scale and a bend over the whole sheet, and a part that turns with the stone.
 
-    Its `values` are 4 n + 6 coefficients; the last six are the parts over the whole sheet, scale
-    and bend, of x and of y, and ahead of the centre and to the left of the heading.
+    Its `values` are 4 n + 6 coefficients; the last six are scale and bend over the whole sheet, of
+    x and of y, and the displacements ahead of the centre and to the left of the heading.
 
     Parameters
     ----------
@@ -148,9 +148,9 @@ class SystematicError(CameraField):
     def deviations(self) -> Floats:
         """Prior standard deviation of each coefficient, (4 n + 6,) [m].
 
-        The parts that span the whole sheet hardly show in throws, and are as large as the tracks
-        claim. The two that turn with the stone stay at the least amplitude: more is a tracked point
-        beside the centre, which is an effect and is to be found.
+        The parts that span the whole sheet hardly show in throws, and have the stated size of the
+        tracks' errors. The two that turn with the stone keep the minimum amplitude: a larger one is
+        a tracked point beside the centre, which is an effect to be found.
         """
         out = np.full(len(self.values), self.amplitude)
         out[-6:-2] = np.clip(self.claimed, *SYSTEMATIC_LIMITS)
@@ -164,17 +164,18 @@ def _correlation(y: Floats, nodes: Floats) -> Floats:
 
 
 def _over_the_sheet(xy: Floats) -> Floats:
-    """A displacement that grows evenly along the sheet, and a bent one, (rows, 2)."""
+    """Return a displacement that grows evenly along the sheet, and a bent one, (rows, 2)."""
     along = xy[:, 1] / TEE_Y
     return np.column_stack([along, along**2])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GatePlaces(CameraField):
-    """Displacements along the sheet of the places at which light gates time stones [m].
+    """Displacements along the sheet of the positions of light gates [m].
 
-    How high a beam is, and so how long the stone is there, and how far the gate stands from its
-    line are known to about a centimetre. Each edge of the stone at each gate has its own.
+    The height of a beam, hence the length of the stone there, and the distance of the gate from its
+    line are known to about a centimetre. Each edge of the stone at each gate has a separate
+    displacement.
 
     Parameters
     ----------
@@ -195,7 +196,7 @@ class GatePlaces(CameraField):
 
     def columns(self, xy: Floats, theta: Floats) -> Floats:
         """Displacements per unit of each coefficient, (rows, 2, n)."""
-        del theta  # a gate sees no heading
+        del theta  # gates do not measure the heading
         nearest = np.argmin(np.abs(xy[:, 1, None] - self.places), axis=1)
         out = np.zeros((len(xy), 2, len(self.places)))
         out[np.arange(len(xy)), 1, nearest] = 1.0
@@ -203,7 +204,9 @@ class GatePlaces(CameraField):
 
 
 def systematic_error_of(session: Session) -> CameraField | None:
-    """A systematic error of zero over all places of a session; None for tracks without any."""
+    """Return a systematic error of zero over all places of a session; None for tracks without
+    one.
+    """
     if session.gates is not None:
         return GatePlaces.of(session.gates)
     if session.claimed <= 0.0:
@@ -218,7 +221,7 @@ def systematic_error_of(session: Session) -> CameraField | None:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CameraRipple(CameraField):
-    """A displacement of measured places towards positive y, smooth along the sheet [m].
+    """Displacement of measured positions towards positive y, smooth along the sheet [m].
 
     Parameters
     ----------
@@ -235,8 +238,8 @@ class CameraRipple(CameraField):
     def root(self) -> Floats:
         """Displacement of the nodes by one unit of each coefficient, (n, n).
 
-        An even displacement and one that grows evenly are excluded: releases take up the first, and
-        the second is an error of scale, which no throw can tell from friction and speed.
+        A constant and a linear displacement are excluded: releases absorb the first, and the second
+        is an error of scale, which throws cannot distinguish from friction and speed.
         """
         correlation = matern(np.abs(self.nodes[:, None] - self.nodes), self.length, 2.5)
         even, _ = np.linalg.qr(np.column_stack([np.ones_like(self.nodes), self.nodes]))
@@ -252,13 +255,13 @@ class CameraRipple(CameraField):
     def patterns_at(self, y: Floats) -> Floats:
         """Displacement at places along the sheet by one unit of each coefficient, (k, n).
 
-        Beyond the last nodes the displacement stays what it is there.
+        Beyond the last nodes the displacement is constant.
         """
         return np.asarray(self._spline(np.clip(y, self.nodes[0], self.nodes[-1])))
 
     def columns(self, xy: Floats, theta: Floats) -> Floats:
         """Displacements of places (rows, 2) per unit of each coefficient, (rows, 2, n)."""
-        del theta  # a ripple turns with no stone
+        del theta  # a ripple does not turn with the stone
         patterns = self.patterns_at(xy[:, 1])
         return np.stack([np.zeros_like(patterns), patterns], axis=1)
 
@@ -274,7 +277,7 @@ class CameraRipple(CameraField):
 
 
 def ripple_over(places: Sequence[Floats], length: float) -> CameraRipple:
-    """A ripple of zero over all places where stones were seen.
+    """Return a ripple of zero over all places where stones were seen.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
-"""A session, linear around a fit: its throws by the shared parameters of a model.
+"""Linearisation of a session around a fit, in the shared parameters of a model.
 
-Search, evidence, intervals, rivals and the planner of throws all ask this one object. A throw is
-the Gram matrix of its whitened columns: the six numbers of its release, its own friction, the
+Search, evidence, intervals, alternatives and the choice of next throws all use it. A throw is the
+Gram matrix of its whitened columns: the six numbers of its release, its own friction, the
 parameters that all share, and the residual. The release is projected out, and the factor on its
-friction is integrated over. What remains concerns the shared parameters only.
+friction is integrated over. Only the shared parameters remain.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def gram_matrices(session: Session, noise: SessionNoise, columns: Iterable[Float
 
 
 def gram_matrix(session: Session, noise: SessionNoise, i: int, columns: Floats) -> Floats:
-    """The same of the i-th throw alone, (m, m)."""
+    """Return the same of the i-th throw alone, (m, m)."""
     rows, m = session.rows(i), columns.shape[2]
     work = np.array(columns, order="C")
     times, sigma = session.times[rows], session.sigma[rows]
@@ -63,7 +63,7 @@ def eliminate_states(grams: Floats) -> Floats:
 
 
 def release_steps(grams: Floats, changes: Floats) -> Floats:
-    """Steps of the releases that are best after steps of all else, (n, k, 6).
+    """Best steps of the releases after steps of all other parameters, (n, k, 6).
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def eliminate_factor(reduced: Floats, ln_factors: Floats, spread: float) -> tupl
     log_terms : (k,) ln(1 + τ²h)
     """
     if spread <= 0.0:
-        # Without a spread the factor is one: the residual is that without the present deviation.
+        # Without a spread the factor is one, and the residual excludes the present deviation.
         out = reduced[:, 1:, 1:].copy()
         u = ln_factors[:, None]
         out[:, :, -1] += u * reduced[:, 0, 1:]
@@ -148,7 +148,7 @@ class Linearisation:
         ln_factors: Floats,
         columns: Iterable[Floats],
     ) -> Linearisation:
-        """Whiten columns by the noise, and add what is known of releases.
+        """Whiten columns by the noise, and add the prior of releases.
 
         Parameters
         ----------
@@ -159,7 +159,7 @@ class Linearisation:
             `sensitivities`, and what is left of them, NaN where not measured
         """
         grams = gram_matrices(session, noise, columns)
-        # Without a heading only the last metres show the spin, which eases the drag of the band.
+        # Without a heading only the last metres show the spin, which reduces the drag of the band.
         blind = ~session.turns
         off = (session.usual_spins[blind] - states[blind, State.OMEGA]) / USUAL_SPIN_SIGMA
         grams[blind, State.THETA, State.THETA] += FROZEN
@@ -183,7 +183,8 @@ class Linearisation:
         return prior_gram(self.model, self.grams.shape[1] - 7)
 
     def each(self, spread: float | None = None) -> tuple[Floats, Floats]:
-        """Return what each throw says of the shared parameters, its own friction integrated out.
+        """Return the information of each throw on the shared parameters, its own friction
+        integrated out.
 
         Parameters
         ----------
@@ -198,11 +199,13 @@ class Linearisation:
         return eliminate_factor(self.reduced, self.ln_factors, at)
 
     def total(self, spread: float | None = None) -> Floats:
-        """Return what all throws and the priors say, (P + 1, P + 1); `spread` as of `each`."""
+        """Return the information of all throws and the priors, (P + 1, P + 1); `spread` as in
+        `each`.
+        """
         return self.each(spread)[0].sum(axis=0) + self.prior
 
     def minimum(self, spread: float | None = None) -> Minimum:
-        """The minimum of `total`."""
+        """Return the minimum of `total`."""
         return minimum_of(self.total(spread))
 
     def deviance(self) -> float:

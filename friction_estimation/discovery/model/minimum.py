@@ -1,4 +1,4 @@
-"""Quadratics, given by their Gram matrices: where they are least, and what is left of them.
+"""Quadratics in the form of Gram matrices: their minima and residuals.
 
 A Gram matrix (P + 1, P + 1) of P columns and a residual is the quadratic |residual - columns·step|²
 of the step. As −2 ln of a density it is a Gaussian.
@@ -14,9 +14,9 @@ from scipy.linalg import solve_triangular
 from curling_env.typing import Floats, Indices
 
 NO_INFORMATION = 1e-100
-"""Of a parameter that no throw feels: its variance is huge, and still a number."""
+"""Pivot of a parameter without information: its variance is huge but finite."""
 RIDGES = (1e-10, 1e-8, 1e-6, 1e-3)
-"""Parts of the diagonal that are added to it, the first with which there is a root."""
+"""Fractions of the diagonal that are added in turn until there is a root."""
 
 
 class Minimum(NamedTuple):
@@ -60,7 +60,7 @@ class Minimum(NamedTuple):
 
 
 def minimum_of(gram: Floats) -> Minimum:
-    """The minimum of quadratics.
+    """Return the minimum of quadratics.
 
     Parameters
     ----------
@@ -76,14 +76,16 @@ def minimum_of(gram: Floats) -> Minimum:
 
 
 def project_out(gram: Floats, count: int) -> Floats:
-    """Gram matrices of all but the first columns, these at their best, (..., m-count, m-count)."""
+    """Gram matrices of all except the first columns, with these optimised, (..., m-count,
+    m-count).
+    """
     root, scale = scaled_root(gram[..., :count, :count])
     half = _solved(root, scale[..., None] * gram[..., :count, count:])
     return gram[..., count:, count:] - np.swapaxes(half, -1, -2) @ half
 
 
 def projected(whole: Floats, kept: Indices, others: Indices) -> Floats:
-    """The quadratic in some parameters, at the best of others; the rest stay as they are.
+    """Return the quadratic in some parameters, with others optimised and the rest fixed.
 
     Parameters
     ----------
@@ -101,7 +103,7 @@ def projected(whole: Floats, kept: Indices, others: Indices) -> Floats:
 def scaled_root(matrix: Floats) -> tuple[Floats, Floats]:
     """Cholesky's root of information in units in which its diagonal is one, and these units.
 
-    Where rounding has left it without a root, that of a matrix nearby.
+    If rounding leaves it without a root, that of a nearby matrix.
 
     Parameters
     ----------
@@ -123,7 +125,7 @@ def scaled_root(matrix: Floats) -> tuple[Floats, Floats]:
 
 
 def _solved(root: Floats, right: Floats, *, lower: bool = True) -> Floats:
-    """The solution of triangular equations, as (..., n, r) as the right side."""
+    """Return the solution of triangular equations, as (..., n, r) as the right side."""
     if root.ndim == 2:
         solved = solve_triangular(root, right, lower=lower, check_finite=False)
         return np.asarray(solved, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""The model of a session: an ice, its terms with their parameters, and how it predicts tracks."""
+"""The model of a session: an ice, its terms with their parameters, and its predictions."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ from friction_estimation.discovery.model.gaussian_field import (
 
 GLOBALS = ("ln_mu", "ln_coupling")
 """Shared parameters of every model: logarithms of a factor on the friction of the whole map, and of
-one on m·r²/I, which says how friction turns a stone and is known to ten per cent at best."""
+one on m·r²/I, the ratio of torque to friction, which is known to ten per cent at best."""
 NO_WEAR = Wear(np.zeros((1, 1, 1)), 0.0)
-"""Wear along the paths of earlier stones, where they wear nothing."""
+"""Wear of zero along the paths of earlier stones."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,7 +72,7 @@ class Model:
 
     @cached_property
     def _places(self) -> list[tuple[slice, GaussianField | None]]:
-        """Slices of the shared parameters that belong to each field there may be."""
+        """Slices of the shared parameters of each possible field."""
         fields = (self.systematic_error, self.ripple, self.map_field)
         ends = np.cumsum([len(GLOBALS), *(0 if f is None else len(f) for f in fields)]).tolist()
         return [(slice(*ends[k : k + 2]), field) for k, field in enumerate(fields)]
@@ -89,16 +89,16 @@ class Model:
 
     @cached_property
     def fields(self) -> tuple[tuple[slice, GaussianField], ...]:
-        """The Gaussian fields whose coefficients are fitted, and where these are."""
+        """Fitted Gaussian fields, with the slices of their coefficients."""
         return tuple((place, field) for place, field in self._places if field)
 
     def with_amplitude(self, which: int, amplitude: float) -> Model:
-        """The model with another amplitude of one of its `fields`."""
+        """Return the model with another amplitude of one of its `fields`."""
         field = self.fields[which][1].with_amplitude(amplitude)
         return self._with_fields({field.name: field})
 
     def _with_fields(self, fields: Mapping[str, GaussianField]) -> Model:
-        """The model with other fields, by name."""
+        """Return the model with other fields, by name."""
         terms = tuple(
             replace(t, map_field=fields.get("map", t.map_field)) if t.map_field else t
             for t in self.terms
@@ -128,7 +128,7 @@ class Model:
 
     @cached_property
     def beliefs(self) -> list[tuple[int, float, Belief]]:
-        """Place, value and belief of every shared parameter of which something is believed."""
+        """Index, value and prior of every shared parameter that has a prior."""
         places = {name: k for k, name in enumerate(self.names)}
         return [
             (places[term.label, name], term.values[name], belief)
@@ -147,7 +147,7 @@ class Model:
         return np.array(low), np.array(high)
 
     def at(self, vector: Floats) -> Model:
-        """The model with other shared parameters, kept within their bounds."""
+        """Return the model with other shared parameters, kept within their bounds."""
         vector = np.clip(vector, *self.bounds)
         position = self.map_slice.stop
         terms: list[Term] = []
@@ -161,15 +161,15 @@ class Model:
         return moved._with_fields({f.name: f.at(vector[place]) for place, f in self.fields})
 
     def with_terms(self, *terms: Term) -> Model:
-        """The model with more terms."""
+        """Return the model with more terms."""
         return replace(self, terms=(*self.terms, *terms))
 
     def without(self, *labels: str) -> Model:
-        """The model without some of its terms."""
+        """Return the model without some of its terms."""
         return replace(self, terms=tuple(t for t in self.terms if t.label not in labels))
 
     def term(self, label: str) -> Term:
-        """The term of that label."""
+        """Return the term of that label."""
         return next(t for t in self.terms if t.label == label)
 
     @property
@@ -193,9 +193,9 @@ class Model:
         )
 
     def law_in(self, session: Session) -> Law:
-        """The force law where the stones of a session have worn tracks.
+        """Return the force law with the worn tracks of a session's stones.
 
-        Where they wear the map itself, it has the cells that keep this.
+        If they wear the map itself, it has cells for that.
         """
         law = self.law if wear_along_path(self._ice_with_terms) == 0.0 else self._law_on_wear_cells
         wear = wear_under_contacts(self._ice_with_terms)
@@ -205,8 +205,8 @@ class Model:
 
     @cached_property
     def _law_on_wear_cells(self) -> Law:
-        """The force law, its map divided into the cells that keep wear along paths."""
-        # A fit may pass through friction that no ice has; only its end is judged.
+        """The force law, with its map on the cells for wear along paths."""
+        # A fit may pass through impossible friction; only its result is checked.
         mu = np.broadcast_to(np.minimum(self.law.mu, MAX_FRICTION), self.ice.sheet.shape).copy()
         mapped = replace(self.ice, friction=replace(self.ice.friction, mu=mu), effects=())
         finer = compile_law(mapped.refined(self.wear_refinement))
@@ -216,12 +216,12 @@ class Model:
 
     @property
     def wear_refinement(self) -> int:
-        """Into how many parts a cell's side is divided to keep wear along paths."""
+        """Number of parts of a cell's side for wear along paths."""
         return 1 if self.own_cells_wear else wear_refinement(self.ice.sheet)
 
     @property
     def wear_sheet(self) -> Sheet:
-        """The sheet, divided into the cells that keep wear along paths."""
+        """The sheet, with the cells for wear along paths."""
         sheet = self.ice.sheet
         return replace(sheet, cell_size=sheet.cell_size / self.wear_refinement)
 
@@ -240,9 +240,9 @@ class Model:
         level: LevelError | None = None,
         common: Mapping[tuple[str, str], tuple[float, ...]] | None = None,
     ) -> Ice:
-        """The ice as an ice file holds it.
+        """Return the ice for an ice file.
 
-        Where stones wear tracks into it, its cells are narrow enough to keep them.
+        If stones wear tracks into it, its cells are narrow enough for them.
 
         Parameters
         ----------
@@ -278,7 +278,7 @@ class Model:
         )
 
     def _mapped_ice(self, map_sigma: Floats) -> Ice:
-        """The ice with its friction map, but for the factor on the whole of it."""
+        """Return the ice with its friction map, without the overall factor."""
         assert self.map_field is not None
         friction = self.ice.friction
         mu = friction.mu * np.exp(self.map_field.ln_mu)

@@ -1,13 +1,14 @@
-"""The noise of a session's tracks: its size, and its memory from frame to frame.
+"""Noise of a session's tracks: its size, and its correlation from frame to frame.
 
-The error of a row is white noise plus a part that fades over some tenths of a second, an
-Ornstein–Uhlenbeck process: a tracker's smoother, compression, a ripple of the calibration.
+The error of a row is white noise plus a part with a correlation time of some tenths of a second, an
+Ornstein–Uhlenbeck process, due to a tracker's smoother, compression, or a ripple of the
+calibration.
 
-The size is learnt from the part of the residuals that no slide can have, the part that no slow
-cosine follows. Slow residuals may be an effect that the model lacks, and must not pass for noise.
+Its size is estimated from the fast part of the residuals, which no slide can have. Slow residuals
+may be an effect that the model lacks, and must not count as noise.
 
-Errors of tracks from film last for seconds (`Session.smoothed`), and so may the memory of their
-noise. Errors slower than that belong to places (`systematic_error.py`).
+Errors of tracks from film last for seconds (`Session.smoothed`), so their correlation time may be
+longer. Slower errors depend on the place (`gaussian_field.py`).
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ class CoordinateNoise:
 
 
 class Series(NamedTuple):
-    """One coordinate of a throw, from which its noise is learnt.
+    """One coordinate of a throw, for the estimation of its noise.
 
     Parameters
     ----------
@@ -111,11 +112,13 @@ class SessionNoise:
 
     @property
     def lasts(self) -> bool:
-        """Return whether the noise of positions has a longer memory than in most raw tracks."""
+        """Return whether the noise of positions has a longer correlation time than in most raw
+        tracks.
+        """
         return self.remembers and max(self.memory[:2]) > MEMORY_BOUNDS[1]
 
     def drawn(self, t: Floats, rng: np.random.Generator) -> Floats:
-        """Errors of x and y at some times (n,), as this noise makes them, (n, 2) [m]."""
+        """Draw errors of x and y at some times (n,) from this noise, (n, 2) [m]."""
         white = rng.normal(size=(len(t), 2)) * self.white[:2]
         slow = rng.normal(size=(len(t), 2)) * self.fading[:2]
         kept = np.exp(-np.diff(t)[:, None] / np.maximum(self.memory[:2], 1e-9))
@@ -129,9 +132,9 @@ class SessionNoise:
 
 
 def fast_cosines(t: Floats) -> Floats:
-    """Cosines so fast that a smoother flattens them, (n, K).
+    """Cosines that a smoother flattens, (n, K).
 
-    They say nothing of the slow part of the noise, and would outvote it.
+    They contain no information on the slow part of the noise.
     """
     span = max(float(t[-1] - t[0]), 1e-9)
     first = int(2 * span / SMOOTHED_PERIOD) + 1
@@ -145,11 +148,11 @@ def estimate_noise(
     start: SessionNoise | None = None,
     lasting: bool = False,
 ) -> SessionNoise:
-    """The noise that makes the fast part of the residuals most likely.
+    """Return the noise that makes the fast part of the residuals most likely.
 
     Slow cosines of each throw are projected out, so that an effect that the model lacks does not
-    count as noise. Raw tracks are taken to err alike in x and y. Those of a film are not, since a
-    low camera sees one of the two foreshortened.
+    count as noise. Raw tracks are assumed to have equal errors in x and y; those of a film are not,
+    because a low camera sees one of them foreshortened.
 
     Parameters
     ----------
@@ -198,19 +201,21 @@ def _estimate_channel(
     before: tuple[float, float, float] | None,
     slow: bool,
 ) -> tuple[float, float, float]:
-    """White part, fading part and memory of some of the channels x, y, theta together."""
+    """Return white part, correlated part and correlation time of some of the channels x, y, theta
+    together.
+    """
     least = LEAST_NOISE[channels[0] // 2]
     bounds = FILM_MEMORY_BOUNDS if slow else MEMORY_BOUNDS
     lasting_turn = SLOW_HEADING_SHARE * session.claimed_turn if channels == (2,) else 0.0
     series = _series_of(session, residuals, chosen, channels, slow)
     if not series:
-        # Rows this few show no noise. Those of a film err by what they claim, for as long as
-        # its errors last.
+        # So few rows show no noise. Those of a film have their stated errors, with the correlation
+        # time of films.
         claimed = session.claimed_turn if channels == (2,) else session.claimed
         return least, claimed, bounds[1]
     white, fading, memory = most_likely_noise(series, least, memory=bounds, before=before)
     if fading < lasting_turn:
-        # What lasts was projected out, and with it most of the error of a heading.
+        # The slow part was projected out, and with it most of the error of a heading.
         fading, memory = lasting_turn, bounds[1]
     return max(white, 0.1 * least), fading, memory
 
@@ -222,7 +227,7 @@ def _series_of(
     channels: tuple[int, ...],
     slow: bool,
 ) -> list[Series]:
-    """The series of some channels that have rows enough, with what may be no noise."""
+    """Return the series of some channels with enough rows, and the shapes that are not noise."""
     series: list[Series] = []
     for i in chosen:
         rows = session.rows(int(i))
@@ -258,7 +263,8 @@ def most_likely_noise(
     memory: tuple[float, float],
     before: tuple[float, float, float] | None = None,
 ) -> tuple[float, float, float]:
-    """White part, fading part and memory of a noise, by restricted maximum likelihood.
+    """Return white part, correlated part and correlation time of a noise, by restricted maximum
+    likelihood.
 
     Parameters
     ----------

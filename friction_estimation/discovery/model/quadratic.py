@@ -1,6 +1,6 @@
 """The quadratic around a point of a fit: its priors, its minimum within bounds, and its variances.
 
-What belongs to single throws is eliminated before, see `elimination`. The spread of the throws'
+Parameters of single throws are eliminated before, see `linearisation`. The spread of the throws'
 frictions and the amplitudes of Gaussian fields are profiled.
 """
 
@@ -46,7 +46,7 @@ def prior_gram(model: Model, size: int, *, fields: bool = True) -> Floats:
 
 
 def integration_cost(model: Model, total: Floats) -> float:
-    """The term that integrating over the coefficients of Gaussian fields adds to F.
+    """Return the term that integrating over the coefficients of Gaussian fields adds to F.
 
     It is ln |1 + information of the coefficients|, and the prior of the fields' amplitudes.
 
@@ -66,7 +66,7 @@ def integration_cost(model: Model, total: Floats) -> float:
 
 
 def profile_amplitudes(model: Model, total: Floats) -> tuple[Model, float]:
-    """The model with those amplitudes of its fields that minimise F, and that part of F.
+    """Return the model with the amplitudes of its fields that minimise F, and that part of F.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def profile_amplitudes(model: Model, total: Floats) -> tuple[Model, float]:
 
 
 def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
-    """The amplitude of the friction map that minimises F, and that part of F.
+    """Return the amplitude of the friction map that minimises F, and that part of F.
 
     All coefficients of the map have the same prior. Once everything else is projected out, F is a
     sum over the eigenvectors of their information, whatever the amplitude.
@@ -102,7 +102,7 @@ def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
     whole = total + prior_gram(model, size, fields=False)
     alone = projected(whole, own, np.setdiff1d(np.arange(size - 1), own))
     inner, right = alone[:-1, :-1], alone[:-1, -1]
-    # As a function of the coefficients themselves, and not of a step from the present ones.
+    # As a function of the coefficients themselves, not of a step from the present ones.
     least = float(alone[-1, -1] + field.values @ (2.0 * right + inner @ field.values))
     right = right + inner @ field.values
     values, vectors = np.linalg.eigh(inner)
@@ -127,7 +127,8 @@ def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
 
 
 def bounded_step(total: Floats, step: Floats, model: Model) -> Floats:
-    """The step within the parameters' bounds: what would leave stops there, and the rest adapts.
+    """Return the step within the parameters' bounds: parameters at a bound stop there, and the
+    others adapt.
 
     Parameters
     ----------
@@ -154,7 +155,7 @@ def bounded_step(total: Floats, step: Floats, model: Model) -> Floats:
 
 
 def profile_spread(reduced: Floats, ln_factors: Floats, prior: Floats) -> tuple[float, float]:
-    """The spread that minimises F of the linearised model, and F there.
+    """Return the spread that minimises F of the linearised model, and F there.
 
     With the shared parameters at their best, F is a quadratic of the ln factors of the throws. On
     its axes a spread costs a division.

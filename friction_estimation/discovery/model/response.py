@@ -1,7 +1,7 @@
-"""The linear response of paths to small pushes, such as a little more friction at some places.
+"""Linear response of paths to small pushes, such as slightly higher friction at some places.
 
 A push f(t) changes the state of a stone by δ(t) = Ψ(t) ∫ Ψ(s)⁻¹ f(s) ds, where Ψ is the derivative
-of the state by that at release. Ψ comes from seven paths of every throw and serves any number of
+of the state by that at release. Ψ is computed from seven paths of every throw, for any number of
 pushes.
 """
 
@@ -19,7 +19,7 @@ from friction_estimation.discovery.data.session import Session
 INSTANT_SPACING = 0.1
 """Time between the instants at which responses are integrated [s]: a quarter of a metre at most."""
 NEARLY_AT_REST = 0.03
-"""Speed below which pushes no longer count [m/s]: the stone has millimetres to go."""
+"""Speed below which pushes are ignored [m/s]: the stone stops within millimetres."""
 MEASURED = [State.X, State.Y, State.THETA]
 """Quantities of a state that are measured."""
 MEASURED_STATES = (int(State.X), int(State.Y), int(State.THETA))
@@ -105,7 +105,8 @@ class LinearisedPaths(NamedTuple):
         return slice(int(self.instants.starts[i]), int(self.instants.starts[i + 1]))
 
     def responses_of_throw(self, i: int, pushes: Floats, sizes: Floats) -> Floats:
-        """The same for the rows of the i-th throw alone, (rows, 3, r), by pushes at its instants.
+        """Return the same for the rows of the i-th throw alone, (rows, 3, r), by pushes at its
+        instants.
 
         Parameters
         ----------
@@ -116,7 +117,7 @@ class LinearisedPaths(NamedTuple):
         path, transition = self.path[own], self.transition[own]
         speed = np.hypot(path[:, State.VX], path[:, State.VY])
         moving = np.flatnonzero(speed > NEARLY_AT_REST)
-        # A stone at rest has lost the memory of its release, and Ψ its inverse.
+        # For a stone at rest Ψ is singular.
         count = int(moving[-1]) + 1 if len(moving) else 1
         push = np.zeros((count, 6, 1))
         push[:, [State.VX, State.VY, State.OMEGA], 0] = pushes[:count]
@@ -174,7 +175,7 @@ def _respond(
 
 
 def _solve(transition: Floats, push: Floats) -> Floats:
-    """Ψ⁻¹ f, (n, 6, 1); of least size where Ψ has no inverse, for a stone about to stop."""
+    """Ψ⁻¹ f, (n, 6, 1); the least-squares solution if Ψ is singular, for a stone about to stop."""
     try:
         solved = np.linalg.solve(transition, push)
     except np.linalg.LinAlgError:

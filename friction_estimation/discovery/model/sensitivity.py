@@ -102,7 +102,7 @@ def friction_along(
 class Sensitivities:
     """Derivatives of x, y and theta by releases, ln μ of the throws and shared parameters.
 
-    All throws at once would be a table of many megabytes, and few need it.
+    A table of all throws at once would have many megabytes.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def sensitivities(
 def sensitivities_by_throw(
     model: Model, session: Session, states: Floats, ln_factors: Floats
 ) -> Sensitivities:
-    """The same as `sensitivities`, for one throw after the other."""
+    """Return the same as `sensitivities`, for one throw after the other."""
     instants = Instants(np.empty(0), np.zeros(len(session) + 1, dtype=np.intp))
     if model.map_field is not None:
         instants = instants_of(session)
@@ -184,14 +184,14 @@ def sensitivities_by_throw(
         changed[j] += step
         found[7 + j] = derivative(predict(model.at(changed), session, states, ln_factors), step)
     if model.map_field is None:
-        # Friction everywhere acts as that of every throw.
+        # Overall friction acts like that of every throw.
         heavier = predict(model, session, states, ln_factors + LN_MU_STEP)
         found[6] = found[7] = derivative(heavier, LN_MU_STEP)
         return Sensitivities(predicted=base, differences=found)
     elsewhere = [other[at_instants] for other in moved]
     paths = _linearised(model, session, ln_factors, instants, true[at_instants], elsewhere)
-    # It is also a map, of one height. Computed in two ways, the difference of the two would look
-    # like something that the throws tell, and fits would creep along it.
+    # It is also a constant map. If it were differentiated in another way, the difference of the two
+    # would act as information, and fits would drift along it.
     found[6] = found[7] = paths.responses(paths.friction, np.ones((len(paths.xy), 1)))
     return Sensitivities(
         predicted=base,
@@ -203,7 +203,7 @@ def sensitivities_by_throw(
 
 
 def _merged(session: Session, instants: Instants) -> tuple[Floats, Indices, Indices, Indices]:
-    """Times of rows and of instants in one order, so that each path is integrated once.
+    """Return times of rows and instants in one order, so that each path is integrated once.
 
     Returns
     -------
@@ -223,7 +223,9 @@ def _merged(session: Session, instants: Instants) -> tuple[Floats, Indices, Indi
 def _step(
     model: Model, session: Session, states: Floats, ln_factors: Floats, measured: Floats, j: int
 ) -> float:
-    """A step of parameter j that moves the paths by millimetres and stays within its bounds."""
+    """Return a step of parameter j that moves the paths by millimetres and stays within its
+    bounds.
+    """
     label, name = model.names[j]
     value = model.vector[j]
     if not label:

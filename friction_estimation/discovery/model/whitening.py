@@ -1,7 +1,7 @@
-"""Residuals are whitened by the Kalman filter of their noise, which bridges lost frames.
+"""Whitening of residuals by the Kalman filter of their noise, which bridges lost frames.
 
-The noise of a row is white plus an Ornstein–Uhlenbeck process. What leaves the filter is
-independent and of unit variance, so that every frame counts once.
+The noise of a row is white plus an Ornstein–Uhlenbeck process. The innovations are independent and
+of unit variance, so that every frame counts once.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def whiten_series(
             keep = exp(-(times[i] - last) / memory)
         started = True
         last = times[i]
-        # `prior` is the filter's variance of the fading part in the row before.
+        # `prior` is the filter's variance of the correlated part in the row before.
         predicted = keep * keep * prior + fading * fading * (1.0 - keep * keep)
         variance = predicted + white * white
         gain = predicted / variance

@@ -1,1 +1,1 @@
-"""The search for what is missing: score tests, patches, terms chosen one by one."""
+"""The search for missing effects: score tests, patches, terms chosen one by one."""

@@ -1,4 +1,4 @@
-"""The search for a friction map: the correlation length that promises most.
+"""The search for a friction map, with the most promising correlation length.
 
 Around a fit the response to every pattern of a field is linear, so that the evidence of fields of
 several lengths can be compared without fitting any of them.
@@ -22,9 +22,10 @@ from friction_estimation.discovery.tuning import BETTER_MAP
 
 
 def find_map(fitted: SessionFit) -> tuple[Term, float] | None:
-    """The friction map that promises most, as a term, and the fall of F that it promises.
+    """Return the most promising friction map, as a term, and its predicted fall of F.
 
-    None if the model has a map, or where gates timed the throws and show no places.
+    None if the model has a map, or for gate times, which do not show differences from place to
+    place.
     """
     if fitted.model.map_field is not None or fitted.session.gates is not None:
         return None
@@ -34,7 +35,7 @@ def find_map(fitted: SessionFit) -> tuple[Term, float] | None:
 
 
 def renew_map(fitted: SessionFit) -> SessionFit:
-    """The fit with a map of another correlation length, if that is better."""
+    """Return the fit with a map of another correlation length, if that is better."""
     present = fitted.model.map_field
     if present is None:
         return fitted
@@ -48,7 +49,7 @@ def renew_map(fitted: SessionFit) -> SessionFit:
     alike = (field.length, field.smoothness) == (present.length, present.smoothness)
     if alike and (present.known is None or field.amplitude == present.amplitude):
         return fitted
-    # It begins as the present map: the releases belong to that, and flat ice is far from it.
+    # It begins as the present map: the releases belong to it, and flat ice is far from it.
     begin = Term(card=CARD, map_field=field.near(present.ln_mu))
     goal = fitted.deviance - BETTER_MAP
     other = refit(fitted, bare.with_terms(begin), goal=goal)
@@ -57,7 +58,7 @@ def renew_map(fitted: SessionFit) -> SessionFit:
 
 @lru_cache(maxsize=2)
 def _fields_of(session: Session, sheet: Sheet) -> list[FrictionField]:
-    """Fields of zero of all shapes, made once: they follow from where the stones ran alone."""
+    """Fields of zero of all shapes, computed once: they depend only on the paths of the stones."""
     return fields_to_try(sheet, _paths(session))
 
 
@@ -69,7 +70,7 @@ def _paths(session: Session) -> list[Floats]:
 def _best_of(
     fitted: SessionFit, bare: Model, fields: Sequence[FrictionField]
 ) -> tuple[FrictionField, float]:
-    """The field that is best in place of the map of a fit, if all stays linear, and F with it.
+    """Return the best field in place of the map of a fit, to first order, and its F.
 
     Parameters
     ----------
@@ -79,7 +80,7 @@ def _best_of(
     """
     model, own, paths, residual = fitted.model, fitted.columns, fitted.paths, fitted.residuals
     if model.map_field is not None:
-        # What the present map explains is given back, to be explained by the other.
+        # The part explained by the present map is added to the residual for the other map.
         area = slice(7 + model.map_slice.start, 7 + model.map_slice.stop)
         residual = residual + own[:, :, area] @ model.map_field.values
         own = np.delete(own, np.r_[area], axis=2)

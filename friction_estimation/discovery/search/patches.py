@@ -1,10 +1,10 @@
-"""The search for effects within a rectangle of the sheet, such as a patch of other friction.
+"""The search for effects within a rectangle of the sheet, such as a patch of different friction.
 
-Around a fit, more friction over one cell shortens the rest of a path. The linear response to it is
+Around a fit, higher friction in one cell shortens the rest of a path. The linear response to it is
 a column of sensitivities per cell. The gain of any rectangle then follows from sums over its cells,
-so that all rectangles can be tried. The effect of a side that runs along the sheet changes only
-when it passes a stone's path, so that no derivative finds its place. The linear response to a
-little more or less friction beside it gives F at every place.
+so that all rectangles can be tried. The effect of a side along the sheet changes only when it
+passes a stone's path, so that no derivative finds its position. The linear response to a small
+change of friction beside it gives F at every position.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ Block = tuple[int, int, int, int]
 
 
 class Grid(NamedTuple):
-    """Cells of which a rectangle consists.
+    """Grid of cells for rectangles.
 
     Parameters
     ----------
@@ -56,9 +56,9 @@ class Grid(NamedTuple):
         return np.clip(place[:, 0], 0, nx - 1) * ny + np.clip(place[:, 1], 0, ny - 1)
 
     def rectangle(self, block: Block, sheet: Sheet) -> Rectangle | None:
-        """A block of cells as a rectangle of a sheet; None where it lies outside.
+        """Return a block of cells as a rectangle of a sheet; None if it lies outside.
 
-        Beside the outermost stones it goes on: nothing tells.
+        Beyond the outermost stones it extends to the side of the sheet.
         """
         (i0, i1, j0, j1), (x, y), (width, length) = block, self.low, self.size
         x_edge, y_edge = sheet.width / 2, sheet.length / 2
@@ -70,17 +70,17 @@ class Grid(NamedTuple):
 
 
 def grid_over(xy: Floats, size: tuple[float, float]) -> Grid:
-    """The grid of cells of a size over points (n, 2)."""
+    """Return the grid of cells of a size over points (n, 2)."""
     low, span = xy.min(axis=0), np.ptp(xy, axis=0)
     shape = np.maximum(1, np.ceil(span / size)).astype(int)
     return Grid((float(low[0]), float(low[1])), size, (int(shape[0]), int(shape[1])))
 
 
 def find_patches(fitted: SessionFit) -> list[Term]:
-    """Effects within the rectangle that promises most, as terms at their neutral values.
+    """Return effects within the most promising rectangle, as terms at their neutral values.
 
-    They are the effects of the catalogue whose card names an area, unless the model has them. Gates
-    time the way between them as a whole, and show no places.
+    They are the effects of the catalogue whose card names an area, unless the model has them. Gate
+    times show no differences from place to place.
     """
     present = {term.name for term in fitted.model.terms}
     known = known_effects(fitted.session.measurements).values()
@@ -95,13 +95,13 @@ def find_patches(fitted: SessionFit) -> list[Term]:
 
 
 def _term_within(card: EffectCard, rectangle: Rectangle) -> Term:
-    """An effect within a rectangle, at its neutral values."""
+    """Return an effect within a rectangle, at its neutral values."""
     sides = dict(zip(card.search.area or (), rectangle, strict=True))
     return Term(card=card, values={**sides, **card.neutral}, free=card.first)
 
 
 def find_rectangle(fitted: SessionFit, grid: Grid) -> Rectangle | None:
-    """The rectangle whose friction, if it were free, would improve a fit most.
+    """Return the rectangle with the largest gain from free friction.
 
     Parameters
     ----------
@@ -137,13 +137,13 @@ def find_rectangle(fitted: SessionFit, grid: Grid) -> Rectangle | None:
 
 
 def _best_rectangle(information: Floats, right_side: Floats, longest: int) -> Block | None:
-    """The block of cells that gains most, no longer than some cells."""
+    """Return the block of cells with the largest gain, up to a maximum length."""
     nx, ny = right_side.shape
     best, found = 0.0, None
     a, b = np.triu_indices(ny + 1, 1)
     short = b - a <= longest
     a, b = a[short], b[short]
-    # Of the blocks from each column to the present one: what they tell, row by row.
+    # Information of the blocks from each column to the present one, row by row.
     inner, right = np.zeros((nx, ny, ny)), np.zeros((nx, ny))
     sums = np.zeros((ny + 1, ny + 1))
     for last in range(nx):
@@ -161,7 +161,7 @@ def _best_rectangle(information: Floats, right_side: Floats, longest: int) -> Bl
             denominator = sums[b, b] - sums[a, b] - sums[b, a] + sums[a, a]
             gains = np.where(denominator > 1e-6, numerator**2 / np.maximum(denominator, 1e-6), 0.0)
             k = int(np.argmax(gains))
-            # Where no stone ran, the side goes on to the left: nothing tells.
+            # If no stone ran there, the side extends to the left.
             wider = found is not None and found[1] == last + 1 and gains[k] == best
             if gains[k] > best or wider:
                 best, found = float(gains[k]), (i0, last + 1, int(a[k]), int(b[k]))
@@ -172,7 +172,7 @@ def _best_rectangle(information: Floats, right_side: Floats, longest: int) -> Bl
 
 
 class SideScan(NamedTuple):
-    """A side of a patch at several places, if all stays linear around a fit.
+    """A side of a patch at several positions, to first order around a fit.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ def scan_side(fitted: SessionFit, label: str, side: str) -> SideScan:
     deviances: list[float] = []
     steps: list[Floats] = []
     for k in range(len(models)):
-        # The residual from that model is the residual less what the change foresees.
+        # The residual of that model is the residual minus the predicted change.
         change = np.eye(grams.shape[1])
         change[count + k, -1] = -1.0
         around = change.T @ grams @ change
@@ -254,7 +254,7 @@ def _width(term: Term) -> float:
 
 
 def _with_side(model: Model, label: str, side: str, shift: float) -> Model:
-    """The model with one side of a patch elsewhere."""
+    """Return the model with one side of a patch elsewhere."""
     term = model.term(label)
     moved = term.with_values(**{side: term.values[side] + shift})
     return model.without(label).with_terms(moved)

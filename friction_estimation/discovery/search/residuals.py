@@ -1,4 +1,4 @@
-"""The residuals of a fit: whether they are white, and if not, in which throws they are large."""
+"""Tests of the residuals of a fit: whiteness, and throws with large residuals."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from friction_estimation.discovery.tuning import (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Misfit:
-    """Slow residuals of every throw beside those that noise alone would leave.
+    """Slow residuals of every throw compared with those of noise alone.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class Misfit:
 
     @property
     def chance(self) -> float:
-        """Standard deviation of the excess if nothing is missing and the noise is known."""
+        """Standard deviation of the excess for a complete model and known noise."""
         return float(np.sqrt(2.0 * max(self.dof.sum(), 1.0)))
 
     @property
@@ -59,7 +59,7 @@ class Misfit:
 
     @property
     def white(self) -> bool:
-        """Return whether noise may have left them."""
+        """Return whether noise alone explains them."""
         return self.ratio < self.tolerated or self.z < NOT_WHITE
 
     @property
@@ -71,7 +71,7 @@ class Misfit:
 
 
 def slow_columns(t: Floats) -> Floats:
-    """Slow cosines of a throw, without the constant: shapes that an effect may have, (n, K)."""
+    """Slow cosines of a throw, without the constant: possible shapes of an effect, (n, K)."""
     span = max(float(t[-1] - t[0]), 1e-9)
     count = max(2, min(int(2 * span / SLOWEST_NOISE_PERIOD), len(t) // 6))
     return np.cos(np.pi * (t - t[0])[:, None] / span * np.arange(1, count + 1))
@@ -107,8 +107,9 @@ def misfit_of(fitted: SessionFit) -> Misfit:
 
 
 def throw_tolerance_of(session: Session) -> float:
-    """Factor by which χ² of a single throw may exceed the one that the noise of all foretells.
+    """Factor by which χ² of a single throw may exceed the prediction from the noise of all.
 
-    Some films are tracked better than others: the look of a stone is learnt from its own film.
+    Some films are tracked better than others, because the appearance of the stone is learnt from
+    each film.
     """
     return WHITE_RATIO_OF_FILM if session.smoothed else 1.0

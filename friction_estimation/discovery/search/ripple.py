@@ -1,9 +1,9 @@
 """Search for a ripple of the camera along the sheet in the throws of a session.
 
-A ripple that was always fitted would now and then take up what noise or an unknown effect left. So
-it is declined unless the evidence for it is clear beside the map and beside effects that bend
-throws in a similar way, and unless each half of the throws, fitted on its own, finds the same one.
-Where throws cannot tell a ripple from the ice, the result says so.
+If it were always fitted, a ripple would occasionally absorb noise or an unknown effect. It is
+accepted only if its evidence is clear beside the map and similar effects, and if both halves of the
+throws give the same ripple. If throws cannot distinguish a ripple from the ice, the result states
+that.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def find_ripple(fitted: SessionFit) -> RippleSearch:
 
 
 def _camera_like_terms(model: Model) -> list[Term]:
-    """Effects that could pass for a ripple and that the model does not fit, at neutral values."""
+    """Effects similar to a ripple that the model does not fit, at neutral values."""
     fitted = {term.name for term in model.terms if term.free}
     cards = [card for name, card in catalogue().items() if name in _LIKE_A_CAMERA]
     return [
@@ -115,7 +115,7 @@ def _camera_like_terms(model: Model) -> list[Term]:
 def _rippled(
     fitted: SessionFit, model: Model, columns: Floats, ripple: CameraRipple
 ) -> Linearisation:
-    """A fit, linear in the parameters of a model and in those of a ripple.
+    """Return a fit, linear in the parameters of a model and in those of a ripple.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def _rippled(
 
 
 def _seen_from(linear: Linearisation) -> float:
-    """Amplitude from which a ripple is expected to bring a clear gain [m]."""
+    """Minimum amplitude of a ripple with an expected clear gain [m]."""
     information = np.maximum(np.linalg.eigvalsh(_information(linear)), 0.0)
     amplitudes = np.geomspace(1e-5, 1.0, 121)
     signal = information[None] * amplitudes[:, None] ** 2
@@ -140,7 +140,9 @@ def _seen_from(linear: Linearisation) -> float:
 
 
 def _information(linear: Linearisation) -> Floats:
-    """Information of the throws about a ripple's coefficients beside all else, (n, n) [1/m²]."""
+    """Information of the throws on a ripple's coefficients beside all other parameters, (n, n)
+    [1/m²].
+    """
     model = linear.model
     assert model.ripple is not None
     free = replace(model, ripple=model.ripple.with_amplitude(np.inf))
@@ -150,10 +152,9 @@ def _information(linear: Linearisation) -> Floats:
 
 
 def _likeness(linear: Linearisation, squares: Sequence[Floats]) -> float:
-    """Correlation of the ripples that two halves of the throws find, each on its own.
+    """Correlation of the ripples from two halves of the throws.
 
-    The two are compared by what they would do to all throws, so that what no throw can see has no
-    weight.
+    They are compared by their effect on all throws, so that invisible parts have no weight.
 
     Parameters
     ----------
@@ -173,7 +174,7 @@ def _likeness(linear: Linearisation, squares: Sequence[Floats]) -> float:
 
 
 def _signed_squares(fitted: SessionFit) -> tuple[list[Floats], list[Floats]]:
-    """For each throw v² along its path, negative towards home [m²/s²], and y there, growing [m]."""
+    """For each throw v² along its path, negative towards home [m²/s²], and increasing y [m]."""
     squares: list[Floats] = []
     places: list[Floats] = []
     for i in range(len(fitted.session)):
@@ -186,7 +187,7 @@ def _signed_squares(fitted: SessionFit) -> tuple[list[Floats], list[Floats]]:
 
 
 def variety(places: Sequence[Floats], squares: Sequence[Floats]) -> float:
-    """Return how differently throws passed the same places: spread of signed v² over its size.
+    """Return the variety of throws at the same places: spread of signed v² over its size.
 
     Parameters
     ----------
@@ -212,7 +213,7 @@ def variety(places: Sequence[Floats], squares: Sequence[Floats]) -> float:
 
 
 def split_throws(speeds: Floats, directions: Floats) -> tuple[list[int], list[int]]:
-    """Two halves of the throws that are alike in direction and speed.
+    """Return two halves of the throws, similar in direction and speed.
 
     Parameters
     ----------
@@ -224,6 +225,6 @@ def split_throws(speeds: Floats, directions: Floats) -> tuple[list[int], list[in
     numbers of the throws in each half
     """
     order = np.lexsort((speeds, directions)).tolist()
-    # Dealt 0 1 1 0 ..., so that neither half gets the faster throw of every pair.
+    # In the order 0 1 1 0 ..., so that neither half gets the faster throw of every pair.
     first = [k for place, k in enumerate(order) if place % 4 in (0, 3)]
     return first, [k for place, k in enumerate(order) if place % 4 in (1, 2)]

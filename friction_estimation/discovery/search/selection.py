@@ -1,8 +1,8 @@
-"""The choice of effects: added one by one, refined, and dropped where they no longer pay.
+"""The selection of effects: added one by one, refined, and dropped if they no longer pay.
 
 All candidates are scored at once, linearised around the present fit: each is a few columns of
-sensitivities. With releases, friction and the model's own parameters projected out, they show how
-much each candidate would gain and how small an effect the data could have shown.
+sensitivities. With releases, friction and the model's own parameters projected out, they give the
+gain of each candidate and the smallest detectable effect.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class CandidateScore:
 
 
 def score_candidates(fitted: SessionFit, terms: Sequence[Term]) -> list[CandidateScore]:
-    """The scores of candidates around a fit, the most promising first."""
+    """Return the scores of candidates around a fit, the most promising first."""
     if not terms:
         return []
     linear = fitted.linear_with(*terms)
@@ -97,12 +97,12 @@ class Trial:
 
     @property
     def needed(self) -> float:
-        """The gain that its parameters must bring."""
+        """Required gain of its parameters."""
         return LEAST_GAIN + GAIN_PER_PARAMETER * (self.cost - 1)
 
     @property
     def net(self) -> float:
-        """The gain less that which its further parameters must bring."""
+        """Gain minus the required gain of its further parameters."""
         return self.gain - GAIN_PER_PARAMETER * (self.cost - 1)
 
 
@@ -153,7 +153,7 @@ def fit_with_noise(
     near: Sequence[SessionFit] = (),
     iterations: int = 12,
 ) -> SessionFit:
-    """Fit a model with the noise that its residuals show.
+    """Fit a model with the noise of its residuals.
 
     Parameters
     ----------
@@ -165,19 +165,19 @@ def fit_with_noise(
     """
     noise = start or FIRST_NOISE
     states, ln_factors = releases_near(session, *near)
-    # A model that was fitted before waits until its releases have settled.
+    # For a model that was fitted before, the releases settle first.
     first = fit(model, session, noise, states=states, ln_factors=ln_factors, shared=not near)
     noise = estimate_noise(session, first.residuals, start=start)
     return refit(replace(first, noise=noise), first.model, iterations=iterations)
 
 
 def try_term(fitted: SessionFit, term: Term) -> Trial:
-    """Fit a candidate beside the model: its strength first, then its shape."""
+    """Fit a candidate together with the model: its strength first, then its shape."""
     trial = refit(fitted, fitted.model.with_terms(term))
     if term.wears_map:
         trial = _on_own_cells(trial)
     later = [n for n in term.card.shape if n not in term.free]
-    # The sides of an area were searched for: they count whether or not they are fitted.
+    # The sides of an area were searched for: they count as parameters even if they are not fitted.
     searched = len(term.card.search.area or ())
     cost = max(len(term.free), 1) + searched
     other = term.card.search.other_start
@@ -188,7 +188,7 @@ def try_term(fitted: SessionFit, term: Term) -> Trial:
             trial, cost = again, cost + len(later)
     elif later and fitted.deviance - trial.deviance > LEAST_LINEAR_GAIN:
         own = trial.model.term(term.label).freed(*later)
-        # Sides that were searched for are paid for: fitted, they have an error.
+        # The cost of searched sides is already counted: fitted, they have a standard error.
         needed = 0.0 if searched else GAIN_PER_PARAMETER * len(later) * 0.5
         goal = trial.deviance - needed
         shaped = refit(trial, trial.model.without(term.label).with_terms(own), goal=goal)
@@ -200,10 +200,10 @@ def try_term(fitted: SessionFit, term: Term) -> Trial:
 
 
 def _on_own_cells(worn: SessionFit) -> SessionFit:
-    """The fit with wear along paths in the map's own cells, if that is better.
+    """Return the fit with wear along paths in the map's own cells, if that is better.
 
     A stone wears a track as wide as its running band. In wider cells the ice beside it wears too,
-    and so does an ice that was simulated with such cells.
+    as it does on ice that was simulated with such cells.
     """
     model = replace(worn.model, own_cells_wear=not worn.model.own_cells_wear)
     other = refit(worn, model, goal=worn.deviance)
@@ -211,7 +211,7 @@ def _on_own_cells(worn: SessionFit) -> SessionFit:
 
 
 def best_trials(fitted: SessionFit, scores: Sequence[CandidateScore]) -> list[Trial]:
-    """Fits of the most promising candidates and of the best patch, the best first.
+    """Return fits of the most promising candidates and of the best patch, best first.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ def best_trials(fitted: SessionFit, scores: Sequence[CandidateScore]) -> list[Tr
 
 
 def select(base: SessionFit, *, progress: Progress = no_progress) -> Selection:
-    """Add effects as long as they pay for themselves; drop those that no longer do.
+    """Add effects while they increase the evidence; drop those that no longer do.
 
     Parameters
     ----------
@@ -270,7 +270,7 @@ def select(base: SessionFit, *, progress: Progress = no_progress) -> Selection:
 
 
 def refine(fitted: SessionFit) -> SessionFit:
-    """Fit the finer forms of the terms where that pays."""
+    """Fit the finer forms of the terms if that increases the evidence."""
     fitted = place_sides(fitted)
     for label in [term.label for term in fitted.model.terms]:
         term = fitted.model.term(label)
@@ -290,7 +290,9 @@ def refine(fitted: SessionFit) -> SessionFit:
 
 
 def _at_its_level(fitted: SessionFit, model: Model) -> Model:
-    """Another model with the level of friction that slows the stones of a fit as much."""
+    """Return another model with the level of friction that gives the stones of a fit the same
+    deceleration.
+    """
     paths = fitted.paths
     other = friction_along(model, fitted.session, fitted.ln_factors, paths)
     mine, its = (float(np.hypot(*each[:, :2].T).sum()) for each in (paths.friction, other))
@@ -298,7 +300,7 @@ def _at_its_level(fitted: SessionFit, model: Model) -> Model:
 
 
 def prune(fitted: SessionFit, kept: set[str]) -> SessionFit:
-    """Drop terms that no longer pay for themselves, the poorest first.
+    """Drop terms that no longer increase the evidence, the weakest first.
 
     Parameters
     ----------
@@ -321,19 +323,18 @@ def prune(fitted: SessionFit, kept: set[str]) -> SessionFit:
 
 
 def _without(fitted: SessionFit, term: Term, goal: float) -> SessionFit:
-    """Return the fit without a term, which is of use if it reaches a goal.
+    """Return the fit without a term; it is useful only below a given deviance.
 
-    A patch that was found beside a map is what the map had left of it: without the map it is sought
-    again.
+    A patch that was found beside a map is its residual: without the map it is searched for again.
     """
     bare = fitted.model.without(term.label)
     if term.map_field is None:
         return refit(fitted, bare, goal=goal)
-    return with_patches_sought_again(refit(fitted, bare))
+    return with_patches_relocated(refit(fitted, bare))
 
 
-def with_patches_sought_again(fitted: SessionFit) -> SessionFit:
-    """The fit with each of its patches where it is best now, if that is better."""
+def with_patches_relocated(fitted: SessionFit) -> SessionFit:
+    """Return the fit with each of its patches at its best position, if that is better."""
     best = fitted
     for patch in [term for term in fitted.model.terms if term.card.search.area is not None]:
         bare = refit(best, best.model.without(patch.label))

@@ -1,4 +1,4 @@
-"""A stone's path as the sampled frames show it: where to look for it in every frame."""
+"""Coarse path of a stone from the sampled frames, to predict its position in every frame."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from friction_estimation.tracking.smoothing.misfits import smoothed_with_jump
 from friction_estimation.tracking.smoothing.smoother import SmoothPath, smooth_path
 
 _GRID = 0.1
-"""Step of the times at which a path is known [s]."""
+"""Time step of a path [s]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CoarsePath:
-    """Place of a stone at any time, with its standard error.
+    """Position of a stone at any time, with its standard error.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class CoarsePath:
         return np.array([np.interp(t, self.smooth.t, axis) for axis in values.T])
 
     def seen_by(self, found_by: Camera, camera: Camera, model: StoneModel) -> CoarsePath:
-        """The same pixels as places that another camera sees."""
+        """Convert the positions to those of the same pixels in another camera."""
         if camera is found_by:
             return self
         height = model.height / 2
@@ -79,14 +79,14 @@ class CoarsePath:
 
     @property
     def way(self) -> float:
-        """Distance between the first and the last place [m]."""
+        """Distance between the first and the last position [m]."""
         return float(np.hypot(*(self.xy[-1] - self.xy[0])))
 
 
 def coarse_path(
     path: Path, seen: Detections, last: float, contacts: Sequence[float] = ()
 ) -> CoarsePath:
-    """The smooth path through the detections of one stone.
+    """Fit a smooth path to the detections of one stone.
 
     Parameters
     ----------

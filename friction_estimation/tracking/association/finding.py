@@ -1,4 +1,4 @@
-"""All stones of a film as its sampled frames show them: thrown, resting, and hit."""
+"""All stones of a film, from its sampled frames: thrown, resting, and hit."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.association.coarse import coarse_path
-from friction_estimation.tracking.association.linking import RestingPlace, left_near, link
+from friction_estimation.tracking.association.linking import RestingPlace, link, vacated_near
 from friction_estimation.tracking.association.paths import RESTING, Path, most_likely_paths
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.detection.detections import Detections, Detector, StoneFinder
@@ -35,14 +35,11 @@ class FilmStones:
     thrown : the thrown stone
     resting : those that rest when the film begins, with their paths where they were hit
     arrived : where others rest when it ends, each (2,) [m]
-    seen, paths : all detections, and the paths of the association through them
     """
 
     thrown: SeenStone
     resting: tuple[RestingStone, ...]
     arrived: tuple[Floats, ...]
-    seen: Detections
-    paths: Sequence[Path]
 
 
 def find_stones(
@@ -81,7 +78,7 @@ def _stones_of(
 ) -> FilmStones:
     """All stones of a film, if one path is the thrown stone's."""
     model, touching = detector.model, 2 * detector.model.radius
-    left = left_near(thrown, _places(detector.at_rest, paths, seen), seen, touching)
+    left = vacated_near(thrown, _places(detector.at_rest, paths, seen), seen, touching)
     if left:
         known = set(seen.times.tolist())
         denser = seen
@@ -114,8 +111,6 @@ def _stones_of(
         thrown=stone,
         resting=tuple(resting),
         arrived=tuple(_arrived(paths, seen)),
-        seen=seen,
-        paths=paths,
     )
 
 
@@ -126,7 +121,7 @@ def _apart(t: Floats, xy: Floats, other_t: Floats, other_xy: Floats) -> float:
 
 
 def _arrived(paths: Sequence[Path], seen: Detections) -> list[Floats]:
-    """Places (2,) at which stones rest when the film ends that moved before [m]."""
+    """Return final resting places (2,) of stones that moved [m]."""
     end = seen.times[-numbers.END_FRAMES :][0]
     found: list[Floats] = []
     for path in paths:
@@ -138,10 +133,10 @@ def _arrived(paths: Sequence[Path], seen: Detections) -> list[Floats]:
 
 
 def thrown_paths(paths: Sequence[Path], seen: Detections, touching: float) -> list[Path]:
-    """Return the paths that slide, go some way and were not hit, the most likely first.
+    """Return the paths that slide over some distance and were not hit, the most likely first.
 
-    A stone that was not hit does not start from rest: the one that rested before is another stone.
-    A stone that came to rest and moves again is moved by someone.
+    A stone that was not hit does not start from rest: the one that rested there is another stone. A
+    stone that came to rest and moves again is moved by someone.
 
     Parameters
     ----------
@@ -168,11 +163,11 @@ def _may_hit(one: Path, path: Path, begin: int, seen: Detections, touching: floa
     """Return whether another path passes near a resting place when it is left."""
     last = path.at[begin - 1]
     place = RestingPlace(xy=seen.xy[last], until=float(seen.t[last]), at=path.at[:begin])
-    return bool(left_near(one, [place], seen, touching))
+    return bool(vacated_near(one, [place], seen, touching))
 
 
 def _spans(moments: Sequence[float]) -> list[tuple[float, float]]:
-    """Spans of time around moments [s], joined where they overlap."""
+    """Return spans of time around moments [s], joined if they overlap."""
     spans: list[tuple[float, float]] = []
     for moment in sorted(moments):
         low = max(moment - numbers.DENSE_BEFORE, 0.0)
@@ -187,7 +182,7 @@ def _spans(moments: Sequence[float]) -> list[tuple[float, float]]:
 def _places(
     at_rest: Sequence[Floats], paths: Sequence[Path], seen: Detections
 ) -> list[RestingPlace]:
-    """Places where stones rest at first: on still ice, or at the beginning of a path."""
+    """Return the initial resting places of stones: on still ice, or at the beginning of a path."""
     rests = [np.flatnonzero(_near(xy, seen) & seen.still) for xy in at_rest]
     for path in paths:
         moves = np.flatnonzero(path.mode != RESTING)

@@ -1,9 +1,9 @@
-"""Identity of stones after a contact: all that moves is followed from there, stone by stone.
+"""Identity of stones after a contact: all moving stones are followed together from there.
 
-Where stones touch, a path of the association goes on with whichever keeps its velocity. From the
+At a contact, a path of the association continues with the stone that keeps its velocity. From the
 first contact on the stones are therefore followed together, frame by frame. At a contact the
-velocities jump by what two equal weights give to each other along the line of their centres; in
-every frame the detections are given to the stones at the least cost in all.
+velocities jump as those of two equal masses along the line of their centres; in every frame the
+detections are assigned to the stones at the lowest total cost.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class RestingPlace:
 
 @dataclass(eq=False)
 class Mover:
-    """A stone that moves.
+    """Moving stone.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Mover:
     _t: float = 0.0
 
     def as_path(self, odds: float) -> Path:
-        """Its detections as a path of the association with these log odds."""
+        """Return its detections as a path of the association with these log odds."""
         gained = np.full(len(self.at), odds)
         return Path(at=np.array(self.at), mode=np.array(self.mode), gained=gained)
 
@@ -90,7 +90,7 @@ class Mover:
         """Predict its state at a later time [s]."""
         speed = float(np.hypot(*self._state[:, 1]))
         dt = t - self._t
-        if speed < numbers.DECELERATION * dt:  # it stops on the way
+        if speed < numbers.DECELERATION * dt:  # it stops before that
             self._state[:, 0] += 0.5 * self._state[:, 1] * speed / numbers.DECELERATION
             self._state[:, 1:] = 0.0
             self._p[:, 0, 0] += (numbers.REST_SPEED_SIGMA * dt) ** 2
@@ -113,26 +113,26 @@ class Mover:
         self._t = t
 
     def cost(self, xy: Floats, variance: Floats) -> Floats:
-        """Squared standard errors by which detections (n, 2) miss it, (n,)."""
+        """Squared distances of detections (n, 2) [standard errors], (n,)."""
         total = self._p[:, 0, 0] + variance
         return ((xy - self._state[:, 0]) ** 2 / total + np.log(total)).sum(axis=1)
 
     def misses(self, xy: Floats, variance: Floats) -> Floats:
-        """The same without the size of the errors, (n,)."""
+        """Return the same without the normalisation of the errors, (n,)."""
         return ((xy - self._state[:, 0]) ** 2 / (self._p[:, 0, 0] + variance)).sum(axis=1)
 
     def add(self, at: int, seen: Detections) -> None:
-        """Take a detection in."""
+        """Update it with a detection."""
         for k in range(2):
             correct(0, seen.xy[at, k], seen.sigma[at, k] ** 2, self._state[k], self._p[k])
         self.at.append(at)
         self.mode.append(SLIDING)
 
 
-def left_near(
+def vacated_near(
     path: Path, places: Sequence[RestingPlace], seen: Detections, touching: float
 ) -> list[RestingPlace]:
-    """Places that stones leave while a path passes near them, in the order in which they are left.
+    """Return places that stones leave while a path passes near them, in order of time.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def left_near(
 def link(
     thrown: Path, places: Sequence[RestingPlace], seen: Detections, touching: float
 ) -> list[Mover]:
-    """The thrown stone and those that were hit, in the order in which they were.
+    """Return the thrown stone and the struck ones, in order of their contacts.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def link(
     touching : distance of the centres of two stones that touch [m]
     """
     t = seen.t[thrown.at]
-    events = left_near(thrown, places, seen, touching)
+    events = vacated_near(thrown, places, seen, touching)
     rests = np.zeros(len(seen.t), dtype=bool)
     for place in places:
         rests[place.at] = True
@@ -199,11 +199,11 @@ def link(
 
 
 _FAR = 1e6
-"""Cost of a detection that is no stone's."""
+"""Cost of an unassigned detection."""
 
 
 def _hit(movers: list[Mover], place: RestingPlace, touching: float) -> None:
-    """Let the nearest stone hit one that rests, where it comes near enough."""
+    """Apply a contact of the nearest moving stone with a resting one, if it is near enough."""
     rested, when = place.xy, place.until + numbers.DENSE_STEP / 2
     striker = min(movers, key=lambda one: float(np.hypot(*(one.place - rested))))
     way = rested - striker.place
@@ -211,7 +211,7 @@ def _hit(movers: list[Mover], place: RestingPlace, touching: float) -> None:
         return
     velocity = striker.velocity
     speed = float(np.hypot(*velocity))
-    # it has come as near as it is when they touch
+    # it has reached the distance of contact
     along = velocity / max(speed, 1e-9)
     ahead = float(way @ along)
     aside = way - ahead * along

@@ -1,9 +1,8 @@
-"""The motion of one stone, one coordinate at a time: the filter, and the same model run backwards.
+"""Motion of one stone, one coordinate at a time: a Kalman filter, and its backward pass.
 
-The state of a coordinate is place, velocity and the deviation of the acceleration from what is
-expected of a stone on ice. The deviation is a random walk, slow while the stone slides and fast
-while someone holds it. A collision lets the velocity jump; a stone at
-rest has none.
+The state of a coordinate is position, velocity and the deviation of the acceleration from that of a
+stone on ice. The deviation is a random walk, slow while the stone slides and fast while someone
+holds it. A collision lets the velocity jump; a stone at rest has none.
 """
 
 from __future__ import annotations
@@ -111,7 +110,7 @@ def filtered(
                 t[k] - t[k - 1], expected[k], sigma[k], memory[k],
                 after[k - 1], after_p[k - 1], before[k], before_p[k],
             )  # fmt: skip
-            if sigma[k] < 0.5 * sigma[k - 1]:  # what the hand did says nothing of the ice
+            if sigma[k] < 0.5 * sigma[k - 1]:  # the hand's acceleration is not the ice's
                 before[k, 2] = 0.0
                 for i in range(2):
                     before_p[k, i, 2] = before_p[k, 2, i] = 0.0
@@ -143,7 +142,7 @@ def smoothed_back(t, sigma, rests, before, before_p, after, after_p, work):
     inverse, carried, gain, apart = work[0], work[1], work[2], work[3]
     for k in range(len(t) - 2, -1, -1):
         p = before_p[k + 1]
-        if k >= rests:  # place alone is carried on
+        if k >= rests:  # only the position is kept
             miss = after[k + 1, 0] - before[k + 1, 0]
             less = (after_p[k + 1, 0, 0] - p[0, 0]) / (p[0, 0] + 1e-18)
             a, b, c = after_p[k, 0, 0], after_p[k, 1, 0], after_p[k, 2, 0]

@@ -1,10 +1,9 @@
-"""Association of detections to stones over all sampled frames: the most likely paths.
+"""Association of detections with stones over all sampled frames: the most likely paths.
 
-A path is a chain of detections. Every two of them tell a velocity, and the next one is predicted
-under the mode that the stone is in: carried, sliding or at rest. The score of a path is the log of
-its odds against the detections being clutter, so that paths that gain nothing do not exist. The
-best path is found by dynamic programming over pairs of detections, taken out, and the next one
-sought, until none has gained enough.
+A path is a chain of detections. Every two of them give a velocity, and the next one is predicted
+under the stone's mode: carried, sliding or at rest. The score of a path is the log of its odds
+against clutter. The best path is found by dynamic programming over pairs of detections and removed,
+and the next one is searched for, until no score is high enough.
 """
 
 from __future__ import annotations
@@ -23,11 +22,11 @@ CARRIED, SLIDING, RESTING = 0, 1, 2
 """Modes of a stone."""
 _MODES = 3
 _STAYS = -0.1
-"""Log probability that a mode goes on."""
+"""Log probability that a mode continues."""
 _MOVES = 16.0
-"""Two detections this far apart are not at the same place [squared standard errors]."""
+"""Maximum distance of two detections at the same place [squared standard errors]."""
 _REPEATED = 0.25
-"""Share of the variance of a detection that others at the same place repeat."""
+"""Share of the variance of a detection that is common to others at the same place."""
 _AIM_SIGMA = 0.1
 """Standard deviation of the direction of a throw about the length of the sheet [rad]."""
 
@@ -49,11 +48,11 @@ class Path:
 
     @property
     def odds(self) -> float:
-        """Log odds of a stone against clutter."""
+        """Log odds of a stone over clutter."""
         return float(self.gained[-1])
 
     def part(self, low: int, high: int) -> Path:
-        """The path from one of its detections to before another."""
+        """Return the path from one of its detections to before another."""
         before = self.gained[low - 1] if low else 0.0
         return Path(
             at=self.at[low:high],
@@ -91,7 +90,8 @@ def most_likely_paths(seen: Detections, area: float, among: Integers | None = No
 def _disjoint_paths(seen: Detections, left: Integers, clutter: float) -> list[Path]:
     """Return the most likely paths through some of the detections, one at a time.
 
-    Once the most likely is taken out, those beside it may go on elsewhere, so that they wait.
+    Paths beside the most likely one may continue elsewhere once it is removed, so they are found
+    again later.
     """
     frame, t, xy = seen.frame[left], seen.t[left], seen.xy[left]
     variance, score = seen.sigma[left] ** 2, seen.score[left]
@@ -105,7 +105,7 @@ def _disjoint_paths(seen: Detections, left: Integers, clutter: float) -> list[Pa
     _score_pairs(
         first, second, into, frame, t, xy, variance, score, still, leaves, math.log(clutter),
         value, came, np.empty((len(first), 2)), np.empty((len(first), 4)),
-        np.zeros(len(first), dtype=np.bool_), _taken_since(t, xy),
+        np.zeros(len(first), dtype=np.bool_), _first_seen(t, xy),
     )  # fmt: skip
     flat = value.ravel()
     ends = np.flatnonzero(flat > numbers.SURE)
@@ -138,21 +138,23 @@ def _traced(
         gained.append(float(value[edge, mode]))
     modes.append(mode)
     gained.append(0.0)
-    # People who stand about rest too: that tells where a path goes on, not whose it is.
+    # Standing people rest too: rest shows the continuation of a path, not that it is a stone's.
     steps = np.diff(gained[::-1], prepend=0.0)
     mode_of = np.array(modes[::-1])
     most = np.where(mode_of == RESTING, numbers.STILL_THERE, np.inf)
     return np.array(nodes[::-1]), mode_of, np.cumsum(np.minimum(steps, most))
 
 
-def _taken_since(t: Floats, xy: Floats) -> Floats:
-    """Times of the first detections at the place of each, (n,) [s]."""
+def _first_seen(t: Floats, xy: Floats) -> Floats:
+    """Times of the first detections at each detection's place, (n,) [s]."""
     near = (np.hypot(*(xy[: k + 1] - xy[k]).T) < numbers.SAME_PLACE for k in range(len(t)))
     return np.array([t[np.argmax(one)] for one in near])
 
 
 def _pairs(frame: Integers, t: Floats, xy: Floats, variance: Floats) -> tuple[Integers, Integers]:
-    """Pairs of detections that a stone may link, ordered by the second and by the first."""
+    """Return pairs of detections that may be of one stone, ordered by the second and by the
+    first.
+    """
     firsts: list[Integers] = []
     seconds: list[Integers] = []
     for k in range(len(t)):
@@ -180,7 +182,7 @@ def _gauss(dx, dy, vx, vy):
 
 @compiled
 def _misses(dx, dy, vx, vy):
-    """Log of how much less likely such a miss is than one of two standard errors; 0 below that."""
+    """Log likelihood of a residual relative to one of two standard errors; 0 below that."""
     chi2 = dx * dx / vx + dy * dy / vy
     nu = numbers.STUDENT_FREEDOM
     return min(-0.5 * (nu + 2) * (math.log1p(chi2 / nu) - math.log1p(4 / nu)), 0.0)
@@ -188,7 +190,7 @@ def _misses(dx, dy, vx, vy):
 
 @compiled
 def _aim(vx, vy):
-    """Log of how much likelier a throw has this direction than anything else."""
+    """Log likelihood ratio of a direction, of throws over other motion."""
     angle = math.atan2(vx, abs(vy)) / _AIM_SIGMA
     return math.log(math.sqrt(2 * math.pi) / _AIM_SIGMA) - 0.5 * angle * angle
 
@@ -293,7 +295,7 @@ def _score_pairs(
                 slid[e] = taken[k] > t[j] - 2 * numbers.SAME_PLACE / speed
                 for a in range(2):
                     rests[e, a], rests[e, 2 + a] = xy[k, a], variance[k, a]
-            # of what never moved, the same picture again says hardly anything new
+            # an unchanged picture of a resting object is hardly new evidence
             again = gain + _gauss(ax, ay, avx, avy)
             if not slid[d] or still[k]:
                 known = numbers.STILL_THERE + _misses(ax, ay, avx, avy)

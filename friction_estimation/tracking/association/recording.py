@@ -1,4 +1,4 @@
-"""The throws of a recording of any length: paths that slide as a stone slides, one at a time."""
+"""Throws of a recording of any length: paths that slide like a stone, one at a time."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ from friction_estimation.tracking.films.motion_detector import MotionDetector
 from friction_estimation.tracking.films.quick_looks import looks, parts_for, smaller
 
 _MOVES_AGAIN = 8
-"""Most times that one path may be moved again."""
+"""Maximum number of times that an object of one path is moved again."""
 _STEP = 0.25
-"""Step of the times at which a stone is sought before and after its detections [s]."""
+"""Time step of the search for a stone before and after its detections [s]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,8 +58,8 @@ class ThrowInFilm:
     from_rest: bool
     odds: float
 
-    def goes_on(self, later: ThrowInFilm) -> bool:
-        """Return whether a later path may be that of the same stone, lost in between."""
+    def may_continue(self, later: ThrowInFilm) -> bool:
+        """Return whether a later path may be of the same stone, lost in between."""
         way = self.stop[1] - self.start[1]
         ahead = (later.start[1] - self.stop[1]) * way > 0
         return not self.rests and ahead and (later.stop[1] - later.start[1]) * way > 0
@@ -125,7 +125,7 @@ def _windows(
 ) -> Iterator[list[tuple[float, Image]]]:
     """Yield frames a short step apart, in windows over each of which the ice stays the same.
 
-    Windows in which nothing moves are passed over.
+    Windows without motion are skipped.
     """
     label, count = f"look through {film.path.name}", film.frame_count
     frames: list[tuple[float, Image]] = []
@@ -145,7 +145,7 @@ def _windows(
 def throws_among(
     paths: Sequence[Path], seen: Detections, camera: Camera, area: float
 ) -> list[ThrowInFilm]:
-    """The throws among the paths of a recording, in order.
+    """Return the throws among the paths of a recording, in order.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def throws_among(
     parts = [part for part in _separate(paths, seen, area) if is_throw(part, seen)]
     if not parts:
         return []
-    # All slide on the same ice.
+    # All stones slide on the same ice.
     each = np.array([deceleration_of(part, seen) for part in parts])
     order = np.argsort(each)
     odds = np.cumsum(np.array([part.odds for part in parts])[order])
@@ -165,7 +165,7 @@ def throws_among(
     slides = [_throw(part, seen, camera) for part in parts if is_throw(part, seen, ice)]
     chosen: list[ThrowInFilm] = []
     for one in sorted(slides, key=lambda one: -one.odds):
-        # No stone comes from nowhere, or vanishes; and no two are thrown at once.
+        # No stone appears or vanishes in the middle; and no two are thrown at once.
         if one.odds < numbers.SURE:
             break
         if all(one.first > k.last or one.last < k.first for k in chosen):
@@ -173,7 +173,7 @@ def throws_among(
     throws: list[ThrowInFilm] = []
     for one in sorted(chosen, key=lambda one: one.first):
         before = throws[-1] if throws else None
-        if before is not None and one.begin < before.end and before.goes_on(one):
+        if before is not None and one.begin < before.end and before.may_continue(one):
             throws[-1] = replace(
                 one,
                 begin=before.begin,
@@ -187,9 +187,9 @@ def throws_among(
 
 
 def _separate(paths: Sequence[Path], seen: Detections, area: float) -> list[Path]:
-    """The parts of paths up to where something is moved again, and what it is then by itself.
+    """Split paths where an object is moved again, and associate the rest again.
 
-    A path that goes on from one stone to the next may have misread the beginning of the next.
+    A path that continues from one stone to the next may have the wrong beginning of the next.
     """
     found: list[Path] = []
     for _ in range(_MOVES_AGAIN):
@@ -201,7 +201,9 @@ def _separate(paths: Sequence[Path], seen: Detections, area: float) -> list[Path
 
 
 def _throw(part: Path, seen: Detections, camera: Camera) -> ThrowInFilm:
-    """A throw with all of the time in which its stone is in view, by its motion."""
+    """Return a throw with the time during which its stone is in view, extrapolated by its
+    motion.
+    """
     slides = np.flatnonzero(part.mode == SLIDING)
     at = part.at[slides]
     t, xy = seen.t[at], seen.xy[at]
@@ -229,7 +231,7 @@ def _throw(part: Path, seen: Detections, camera: Camera) -> ThrowInFilm:
 
 
 def _starts_from_rest(part: Path, seen: Detections) -> bool:
-    """Return whether a stone lay behind the beginning of a path and is slower at first."""
+    """Return whether a stone was at rest at the beginning of a path and moves slowly at first."""
     at = part.at
     t, xy = seen.t[at], seen.xy[at]
     way = (xy[-1] - xy[0]) / max(float(np.hypot(*(xy[-1] - xy[0]))), 1e-9)
@@ -278,7 +280,7 @@ def without_returns(
     throws: Sequence[ThrowInFilm],
     slid_back: Callable[[float, float], object] = lambda begin, end: None,
 ) -> Iterator[ThrowInFilm]:
-    """The throws without stones that are slid back from where they came to rest, or were hit.
+    """Return the throws without stones that are pushed back, or were hit.
 
     Parameters
     ----------
@@ -299,9 +301,9 @@ def without_returns(
 
 
 def slides_of(path: Path, seen: Detections) -> list[Path]:
-    """The parts of a path up to where it is moved again.
+    """Return the parts of a path up to where its object is moved again.
 
-    That is after it rested, or where it gains speed or turns back.
+    That is after rest, or at a gain of speed or a reversal.
 
     Parameters
     ----------
@@ -324,7 +326,7 @@ def slides_of(path: Path, seen: Detections) -> list[Path]:
 
 
 def _turns(xy: Floats) -> list[int]:
-    """Indices of the places (n, 2) from which a path goes back the way that it came."""
+    """Indices of the places (n, 2) at which a path reverses."""
     turns: list[int] = []
     start = farthest = 0
     for k in range(1, len(xy)):
@@ -345,7 +347,8 @@ def deceleration_of(path: Path, seen: Detections) -> float:
 
 
 def is_throw(path: Path, seen: Detections, ice: float | None = None) -> bool:
-    """Return whether a path is a throw's: a stone slides some way, and past its own hog line.
+    """Return whether a path is that of a throw: a stone slides over some distance, and past the
+    near hog line.
 
     Parameters
     ----------
@@ -363,18 +366,18 @@ def is_throw(path: Path, seen: Detections, ice: float | None = None) -> bool:
 
 
 def is_before_its_hog_line(xy: Floats) -> bool:
-    """Return whether a way (n, 2) [m] ends before the hog line of the end that it comes from.
+    """Return whether a path (n, 2) [m] ends before the near hog line.
 
-    What comes to rest there was not thrown: someone walks there, or a stone is moved.
+    Objects that stop there were not thrown: they are people, or stones that are moved.
     """
     return bool(np.sign(xy[-1, 1] - xy[0, 1]) * xy[-1, 1] < -HOG_LINE_Y)
 
 
 def slides_as_stone(t: Floats, xy: Floats, sigma: Floats, ice: float | None = None) -> bool:
-    """Return whether something moves as a stone that was thrown rather than as a walking person.
+    """Return whether an object moves like a thrown stone rather than a walking person.
 
-    A stone slows down as ice slows it, or is hit. People keep a speed or change it at will, and
-    are slower than a stone that is thrown hard.
+    A stone is slowed by the ice, or is hit. People keep a speed or change it at will, and are
+    slower than a hard throw.
 
     Parameters
     ----------
@@ -419,10 +422,10 @@ def moved(track: Trajectory) -> str:
     if len(track.sigma_xy):
         error = np.maximum(error, track.sigma_xy[rows][moving][:, None])
     if way[-1] < numbers.LEAST_THROW or (len(t) > 3 and not slides_as_stone(t, xy, error)):
-        return "what moves there keeps its speed, as a stone does that is carried or pushed"
+        return "the moving object keeps its speed, as a carried or pushed stone does"
     late = track.xy[track.t >= track.t[-1] - numbers.RESTED]
     if np.hypot(*(late[-1] - late[0])) < numbers.SAME_PLACE and is_before_its_hog_line(track.xy):
-        return "what moves there stops before the near hog line, as no thrown stone does"
+        return "the moving object stops before the near hog line, as no thrown stone does"
     return ""
 
 

@@ -1,4 +1,4 @@
-"""The empty ice, without what moves on it, and the blobs that move in front of it."""
+"""The empty ice without moving objects, and the blobs that move in front of it."""
 
 # OpenCV's stubs widen the element type of every array that they return.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
@@ -24,7 +24,7 @@ from friction_estimation.tracking import numbers
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Background:
-    """The part of the picture around the sheet, without what moved in the film.
+    """Part of the picture around the sheet, without objects that moved in the film.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class Background:
 
     @property
     def strong_grain(self) -> float:
-        """Grain that hides much of a stone [grey levels]; 0 where it does not."""
+        """Grain that hides much of a stone [grey levels]; 0 for weaker grain."""
         return self.grain if self.noise > numbers.NOISY else 0.0
 
     @property
@@ -69,7 +69,7 @@ class Blob:
     ----------
     low_px, high_px : (2,) bounding box of its solid core, inclusive [px]
     area_px : number of pixels in the core
-    whole_px : (2,) width and height of all of it, with its shadow and whatever touches it [px]
+    whole_px : (2,) width and height of all of it, with its shadow and anything that touches it [px]
     darker : whether it is darker than the background in some colour. Only the empty place of
         something that lay there through most of the film is not.
     """
@@ -109,7 +109,8 @@ def sheet_region(
 
 
 def find_background(frames: Sequence[Image], region: tuple[slice, slice]) -> Background:
-    """The empty ice as the median of frames, refined by the mean of all pixels that agree with it.
+    """Compute the empty ice: the median of frames, refined by the mean of all pixels that agree
+    with it.
 
     Parameters
     ----------
@@ -145,18 +146,18 @@ def grey(picture: Image) -> Image:
 
 
 def _strongest(difference: Image) -> Image:
-    """The largest of the three channels of every pixel."""
+    """Return the largest of the three channels of every pixel."""
     blue, green, red = colours(difference)
     return cv2.max(cv2.max(blue, green), red)
 
 
 def colours(picture: Image) -> list[Image]:
-    """The three channels of a picture; OpenCV's `split` takes five times as long."""
+    """Return the three channels of a picture; OpenCV's `split` takes five times as long."""
     return [cv2.extractChannel(picture, k) for k in range(3)]
 
 
 def median_picture(parts: Sequence[Image]) -> Image:
-    """The median of pictures (rows, columns, 3) at every pixel; the upper of the middle two."""
+    """Return the upper median of pictures (rows, columns, 3) at every pixel."""
     middle = np.empty(parts[0].shape, dtype=np.uint8)
     rows = 16  # a strip that stays in the processor's cache
     for row in range(0, len(middle), rows):
@@ -165,10 +166,10 @@ def median_picture(parts: Sequence[Image]) -> Image:
 
 
 def _middle(parts: list[Image]) -> Image:
-    """The median of pictures, which are overwritten.
+    """Return the median of pictures, which are overwritten.
 
-    The least and the greatest of half the pictures and two more cannot be the median of all. They
-    are dropped, and the next picture joins, until one is left.
+    The minimum and the maximum of half of the pictures plus two cannot be the median of all. They
+    are dropped, and the next picture is added, until one is left.
     """
     if len(parts) % 2 == 0:
         parts.append(np.full_like(parts[0], 255))
@@ -183,7 +184,7 @@ def _middle(parts: list[Image]) -> Image:
     pool, rest = parts[: len(parts) // 2 + 2], parts[len(parts) // 2 + 2 :]
     while len(pool) > 2:
         last = len(pool) - 1
-        for i in range(len(pool) // 2):  # lesser values to the first half, greater ones to the last
+        for i in range(len(pool) // 2):  # smaller values to the first half, larger ones to the last
             sort(i, last - i)
         for i in range(1, (last + 2) // 2):
             sort(0, i)
@@ -197,8 +198,8 @@ def _middle(parts: list[Image]) -> Image:
 def moving_blobs(frame: Frame, background: Background, min_area_px: float = 6.0) -> list[Blob]:
     """Return the connected parts of a frame that differ from the background.
 
-    They are found before the sheet is cut out, so that a person who stands on its edge is one large
-    blob, and not a foot that might pass for a stone.
+    They are found before the sheet is cut out, so that a person at its edge is one large blob, not
+    a foot that could be mistaken for a stone.
 
     Parameters
     ----------
@@ -235,7 +236,7 @@ def _blob(
     flat: Image,
     origin: Floats,
 ) -> Blob:
-    """One blob with its solid core, without the soft shadow beside it."""
+    """Return a blob with its solid core, without the soft shadow beside it."""
     left, top, width, height, _ = box.tolist()
     part = slice(top, top + height), slice(left, left + width)
     own = labels[part] == label
@@ -245,7 +246,7 @@ def _blob(
         _, cores, core_boxes, _ = cv2.connectedComponentsWithStats(strong.view(np.uint8))
         if len(core_boxes) > 1:
             own = cores == 1 + int(np.argmax(core_boxes[1:, 4]))
-    # Its sides alone: a blob may be as large as the picture.
+    # Only its sides: a blob may be as large as the picture.
     columns, rows = (np.flatnonzero(own.any(axis=axis)) for axis in (0, 1))
     low, high = ((left + columns[k], top + rows[k]) for k in (0, -1))
     return Blob(

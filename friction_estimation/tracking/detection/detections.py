@@ -1,4 +1,4 @@
-"""Detections: what may be a stone in each sampled frame, where, and how sure that is."""
+"""Detections: candidates for stones in each sampled frame, with positions and log odds."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from friction_estimation.tracking.detection.background import Background, Blob, 
 from friction_estimation.tracking.detection.sightings import is_larger, sighting_of
 
 _LEAST_LIKENESS = 0.03
-"""The least likeness that counts for something."""
+"""Minimum similarity of a candidate to a stone."""
 _CLEAR_LIKENESS = 0.5
-"""A blob that is more like a stone needs no finder."""
+"""Minimum similarity of a blob that needs no finder."""
 _SAME = 0.2
-"""Detections nearer to each other are those of the same stone [m]."""
+"""Maximum distance between detections of the same stone [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -57,7 +57,7 @@ class Detections:
 
     @cached_property
     def leaves(self) -> Flags:
-        """True for the last detection of a stone that rested and is not there in the end, (n,)."""
+        """True for the last detection of a stone that rested and is gone at the end, (n,)."""
         found = np.zeros(len(self.t), dtype=bool)
         end = self.times[-numbers.END_FRAMES :][0]
         for k in np.flatnonzero(self.still & (self.t < end)):
@@ -107,10 +107,10 @@ class StoneFinder(Protocol):
 
 
 class Detector:
-    """Lists what may be a stone in frames of one film.
+    """Detector of candidates for stones in the frames of one film.
 
-    What moves alone is judged by its size. Where something larger moves, and on the ice that does
-    not change, the finder is asked; what it finds on still ice holds for every frame that shows it.
+    Separate moving objects are classified by size. Where a larger object moves, and on unchanged
+    ice, the finder is used; its detections on still ice hold for every frame that shows it.
 
     Parameters
     ----------
@@ -142,12 +142,12 @@ class Detector:
 
     @property
     def at_rest(self) -> list[Floats]:
-        """Places (2,) of what rests on ice that does not change, the most likely first [m]."""
+        """Positions (2,) of objects at rest on unchanged ice, most likely first [m]."""
         stones = sorted(self._still.stones, key=lambda one: -one.score)
         return [one.xy for one in stones]
 
     def detect(self, frames: Iterable[tuple[float, Image]]) -> Detections:
-        """List what may be a stone in each frame, in order of time [s]."""
+        """List candidates for stones in each frame, in order of time [s]."""
         found: list[_Found] = []
         times: list[float] = []
         crowds: list[tuple[float, Floats]] = []
@@ -229,7 +229,7 @@ class _Found:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Resting:
-    """A stone that the still ice shows: place [m], box (2, 2) [px] and log odds."""
+    """Stone on the still ice: position [m], box (2, 2) [px] and log odds."""
 
     xy: Floats
     px: Floats
@@ -238,7 +238,7 @@ class _Resting:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Still:
-    """Stones on the still ice, and the places of all that the finder reported there."""
+    """Stones on the still ice, and the positions of all detections of the finder there."""
 
     stones: tuple[_Resting, ...] = ()
     places: tuple[Floats, ...] = ()
@@ -251,7 +251,7 @@ def _still(
     finder: StoneFinder | None,
     known: tuple[Background, _Still] | None,
 ) -> _Still:
-    """The stones on the still ice.
+    """Return the stones on the still ice.
 
     Parameters
     ----------
@@ -280,7 +280,7 @@ def _still(
 
 
 def _shows(camera: Camera, model: StoneModel, xy: Floats, boxes: Floats) -> bool:
-    """Return whether one of some boxes (k, 2, 2) [px] shows a part of a stone at a place."""
+    """Return whether one of some boxes (k, 2, 2) [px] contains a part of a stone at a position."""
     px = model.extent_px(camera, xy)
     return not len(px) or bool(_touching(px, boxes).any())
 
@@ -312,7 +312,7 @@ def _box(blob: Blob) -> Floats:
 
 
 def _apart(xy: Floats, others: Sequence[Floats]) -> bool:
-    """Return whether a place is not that of any other."""
+    """Return whether a position differs from all others."""
     return all(np.hypot(*(xy - other)) > _SAME for other in others)
 
 

@@ -1,9 +1,9 @@
 """Detector of stones in a picture of the ice: a small network that ships with the package.
 
-The network maps a picture in which a stone is `STONE_PX` wide to two maps of half its size: how
-likely the centre of a stone's foot is there, and how likely a person is. It was trained on drawn
-pictures alone, by `scripts/train_detector.py`. Cameras see near stones large and far ones small, so
-the picture is resampled once for each range of distances (`_scales`), by the known camera.
+The network maps a picture in which a stone is `STONE_PX` wide to two maps of half its size: the
+probabilities of the centre of a stone's foot and of a person. It was trained on drawn pictures
+alone, by `scripts/train_detector.py`. Cameras see near stones large and far ones small, so the
+picture is resampled once for each range of distances (`_scales`), by the known camera.
 """
 
 from __future__ import annotations
@@ -27,26 +27,26 @@ STONE_PX = 16.0
 STRIDE = 8
 """The network reduces a picture by powers of two to this part of its size."""
 SURE, DOUBTFUL = 0.45, 0.2
-"""Minimum scores of a stone, and of what may be one: of detections in drawn pictures that the
-network had not seen, 97 % from the first on were stones, and 42 % between both."""
+"""Minimum scores of a stone, and of a doubtful one: in held-out drawn pictures 97 % of the
+detections above the first were stones, and 42 % of those between both."""
 SURE_ON_BUTTON, BUTTON_REACH = 0.65, 0.08
-"""Minimum score of a stone within this distance of a tee [m]: where stones are small, the button
-looks like one."""
+"""Minimum score of a stone, and distance from a tee within which it applies [m]: if stones are
+small, the button looks like one."""
 ERROR_PX = 0.9
 """Standard error of a place in each direction, in the pictures that the network sees [px]."""
 SCALE_STEP = 0.1
-"""Maximum difference of sizes, as a logarithm, among stones that one resampled picture shows."""
+"""Maximum logarithm of the ratio of stone sizes in one resampled picture."""
 ONE_STONE = 0.35
-"""Detections nearer to each other than this part of a stone's width are of one stone."""
+"""Maximum distance between detections of one stone, as a share of a stone's width."""
 MIN_STONE_PX = 3.0
-"""Narrower stones are not looked for [px]."""
+"""Minimum width of detected stones [px]."""
 GRID = 0.25
 """Distance between places on the ice at which the size of stones is computed [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Detection:
-    """Something in a picture that looks like a stone.
+    """Detection of a stone in a picture.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class Detection:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DetectedPlace:
-    """A stone on the ice, or what may be one.
+    """Detected stone, or candidate, on the ice.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class DetectedPlace:
 
     @property
     def is_sure(self) -> bool:
-        """False for what only may be a stone."""
+        """False for a doubtful candidate."""
         to_tee = np.hypot(self.xy[0], abs(self.xy[1]) - TEE_Y)
         return self.score >= (SURE_ON_BUTTON if to_tee < BUTTON_REACH else SURE)
 
@@ -99,7 +99,7 @@ class Detector:
         self._network = cv2.dnn.readNetFromONNX(str(file))
 
     def detect(self, picture: Image, *, mirrored: bool = True) -> list[Detection]:
-        """Find stones in a picture in which they are about `STONE_PX` wide, clearest first.
+        """Find stones in a picture in which they are about `STONE_PX` wide, highest scores first.
 
         Parameters
         ----------
@@ -124,7 +124,7 @@ class Detector:
         return sorted(found, key=lambda one: -one.score)
 
     def _maps(self, picture: Image, *, mirrored: bool) -> Floats:
-        """(2, rows / 2, columns / 2) how likely a stone's centre is there, and a person.
+        """(2, rows / 2, columns / 2) probabilities of a stone's centre and of a person.
 
         Means of the logits of the picture and of its mirror image: a quarter fewer false stones
         for twice the time.
@@ -151,7 +151,7 @@ class Detector:
 
 
 class OnIce:
-    """The detector before one camera.
+    """Detector for one camera.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ class OnIce:
     def detect(
         self, picture: Image, boxes: Floats | None = None, *, mirrored: bool = True
     ) -> list[DetectedPlace]:
-        """Find the stones on the sheet in a picture, clearest first.
+        """Find the stones on the sheet in a picture, highest scores first.
 
         Parameters
         ----------
@@ -217,7 +217,7 @@ class OnIce:
         resized = np.asarray(
             cv2.resize(part, None, fx=factor, fy=factor, interpolation=kind), dtype=np.uint8
         )
-        # What the sizes are rounded to counts: a place is to a tenth of a pixel.
+        # The rounded sizes are used, because positions are accurate to a tenth of a pixel.
         exact = np.array([resized.shape[1] / part.shape[1], resized.shape[0] / part.shape[0]])
         places: list[DetectedPlace] = []
         for one in self._detector.detect(resized, mirrored=mirrored):
@@ -286,7 +286,7 @@ def _scales(
     px = camera.project(np.column_stack([places, np.zeros(len(places))]))
     with np.errstate(invalid="ignore"):
         seen = ((px > -0.5) & (px < np.array(camera.size) - 0.5)).all(axis=1)
-        # Far outside the view, the formula of a lens may lead back into the picture.
+        # Far outside the view, the formula of a lens may fold back into the picture.
         seen &= np.linalg.norm(camera.on_plane(px) - places, axis=1) < GRID
     places, px = places[seen], px[seen]
     width = stone_width_px(camera, places, model)

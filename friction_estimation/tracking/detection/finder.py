@@ -11,12 +11,12 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking.detection.detector import Detector, OnIce
 
 ODDS_SLOPE, ODDS_AT_HALF = 0.8, 1.0
-"""Log odds of a stone: this slope times the log odds of the network's score, plus this."""
+"""Log odds of a stone from the network's score: slope and offset of its log odds."""
 HIGHEST_SCORE = 0.999
 
 
 class NetworkFinder:
-    """A `StoneFinder` that asks the network.
+    """`StoneFinder` that uses the network.
 
     Parameters
     ----------

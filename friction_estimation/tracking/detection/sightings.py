@@ -1,4 +1,4 @@
-"""Sightings: blobs that may be a stone by their size and shape, and those that are larger."""
+"""Sightings: blobs with the size and shape of a stone, and larger ones."""
 
 # OpenCV's stubs widen the element type of every array that they return.
 # pyright: reportArgumentType=false, reportCallIssue=false
@@ -25,7 +25,7 @@ _AROUND = np.column_stack(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sighting:
-    """A blob that may be a stone.
+    """Blob that may be a stone.
 
     Parameters
     ----------
@@ -44,11 +44,10 @@ class Sighting:
 
 
 def sighting_of(blob: Blob, camera: Camera, model: StoneModel, sheet: Sheet) -> Sighting | None:
-    """A blob as a stone on the ice, with how much it looks like one; frame and time are 0.
+    """Interpret a blob as a stone on the ice, with its similarity; frame and time are 0.
 
     The blob may be the body alone, the body with its handle, or both with part of the reflection in
-    the ice, whichever fits best. None for a blob that is off the ice, or has quite another size or
-    shape.
+    the ice, whichever fits best. None for a blob off the ice, or with another size or shape.
     """
     if (blob.whole_px > numbers.MAX_SHADOW_GROWTH * (blob.high_px - blob.low_px + 3.0)).any():
         return None  # the core of something much larger, such as a person's jacket
@@ -63,7 +62,7 @@ def sighting_of(blob: Blob, camera: Camera, model: StoneModel, sheet: Sheet) -> 
 
 
 def _extents(model: StoneModel) -> tuple[tuple[float, float], ...]:
-    """Heights between which a stone's blob may reach [m]: body, with handle, with reflection."""
+    """Ranges of height of a stone's blob [m]: body, with handle, with reflection."""
     top = model.height + numbers.HANDLE_RISE
     return (0.0, model.height), (0.0, top), (-model.height / 2, top)
 
@@ -77,10 +76,10 @@ def _as_stone(
     low: float,
     high: float,
 ) -> Sighting | None:
-    """A blob as a stone at a place, reaching from one height to another [m]."""
+    """Interpret a blob as a stone at a position, from one height to another [m]."""
     x, y = xy.tolist()
     half = sheet.width / 2 + model.radius, sheet.length / 2 + model.radius
-    if not (abs(x) <= half[0] and abs(y) <= half[1]):  # nor where no ray meets the ice
+    if not (abs(x) <= half[0] and abs(y) <= half[1]):  # and if no ray meets the ice
         return None
     found = (blob.high_px - blob.low_px + 1).tolist()
     corners = model.extent_px(camera, xy)

@@ -1,4 +1,4 @@
-"""Stones in a single picture of the ice: their places, and the colours of their handles."""
+"""Stones in a single picture of the ice: positions and handle colours."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ RED, AMBER = (40, 40, 230), (0, 170, 255)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DetectedStone:
-    """A stone found in a picture.
+    """Stone found in a picture.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class DetectedStone:
     handle: HandleColour
 
     def as_dict(self, own: HandleColour | None = None) -> dict[str, Any]:
-        """Its entry in a stones file; with the own team's handle colour, also its team."""
+        """Return its entry in a stones file; with the own team's handle colour, also its team."""
         return {
             "x": round(float(self.xy[0]), 4),
             "y": round(float(self.xy[1]), 4),
@@ -73,7 +73,7 @@ def find_stones_in_image(
 ) -> list[DetectedStone]:
     """Find the stones in play in one picture, those nearest to the away end first.
 
-    Stones beyond the back lines are out of play, and not listed.
+    Stones beyond the back lines are out of play and not listed.
 
     Parameters
     ----------
@@ -86,8 +86,8 @@ def find_stones_in_image(
     size = (picture.shape[1], picture.shape[0])
     if size != camera.size:
         raise InputError(
-            f"the picture has {size[0]} × {size[1]} px, "
-            f"the scene is of {camera.size[0]} × {camera.size[1]} px"
+            f"expected a picture of {camera.size[0]} × {camera.size[1]} px as in the scene, "
+            f"got {size[0]} × {size[1]} px"
         )
     detector = OnIce(Detector(), camera, model, sheet)
     if not detector.sees_stones:
@@ -127,7 +127,7 @@ def with_camera_error(
 def _as_stone(
     one: DetectedPlace, picture: Image, camera: Camera, model: StoneModel
 ) -> DetectedStone:
-    """The stone at a place, with the colours of its upper side."""
+    """Return the stone at a position, with the colours of its upper side."""
     circle = one.xy + model.radius * CIRCLE
     px = camera.project(np.column_stack([circle, np.full(len(circle), model.height)]))
     (left, top), (right, below) = np.maximum([px.min(axis=0), px.max(axis=0) + 1], 0).astype(int)
@@ -147,7 +147,7 @@ def _as_stone(
 def draw_stones(
     picture: Image, stones: Sequence[DetectedStone], camera: Camera, model: StoneModel
 ) -> Image:
-    """The picture with the outline and the place of each stone; small pictures are enlarged."""
+    """Draw outline and position of each stone into the picture; small pictures are enlarged."""
     scale = max(1, round(1200 / max(camera.size)))
     size = (picture.shape[1] * scale, picture.shape[0] * scale)
     sketch = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_CUBIC), dtype=np.uint8)

@@ -1,1 +1,1 @@
-"""Films tracked one after the other: one camera for a scene, and work taken up again."""
+"""Tracking of several films: one camera for a scene, and resumed work."""

@@ -16,9 +16,9 @@ from friction_estimation.film.stabilisation import Stabiliser
 HANDLE = 4
 """Row of the handle among the colours of an appearance."""
 HIDDEN_LONG = 1.0
-"""A stone that is not seen for longer is reported as hidden [s]."""
+"""Minimum time without the stone that is reported as hidden [s]."""
 STILL_SLIDES = 0.15
-"""A stone that is as fast when it is last seen has not come to rest [m/s]."""
+"""Minimum final speed of a stone that has not come to rest [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +44,7 @@ class TrackingOptions:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FilmTrack:
-    """The track of one stone in a film, with everything that was found on the way.
+    """Track of one stone in a film, with intermediate results.
 
     Parameters
     ----------
@@ -62,7 +62,6 @@ class FilmTrack:
     stabiliser : undoes the camera's sway in a frame; None where the camera stood still
     moved_px : how far the camera has moved since it was solved for earlier films [px]; 0 where it
         stood still or is solved for this film first
-    shows_several : whether the frames that were looked through first show several throws
     """
 
     trajectory: Trajectory
@@ -78,11 +77,10 @@ class FilmTrack:
     unexplained: tuple[str, ...] = ()
     stabiliser: Stabiliser | None = None
     moved_px: float = 0.0
-    shows_several: bool = False
 
     @property
     def not_seen(self) -> str:
-        """Times at which the stone slid unseen, in words; empty where it was seen all the way."""
+        """Times at which the stone slid unseen, in words; empty if it was seen all the way."""
         t, velocity = self.trajectory.t, self.velocity[-1]
         long = np.flatnonzero(np.diff(t) > HIDDEN_LONG)
         parts = [f"from {t[k]:.1f} to {t[k + 1]:.1f} s" for k in long]
@@ -97,18 +95,18 @@ class FilmTrack:
     def handle_colour(self) -> Floats:
         """Colour of the handle, (3,): brightness and two colour differences, as films store it.
 
-        NaN where no handle is seen.
+        NaN if no handle is seen.
         """
         seen = self.appearance.has_handle
         return self.appearance.colours[HANDLE].copy() if seen else np.full(3, np.nan)
 
     @property
     def trajectories(self) -> tuple[Trajectory, ...]:
-        """The tracks of all stones as a tracks file holds them, the thrown stone first."""
+        """Return the tracks of all stones for a tracks file, the thrown stone first."""
         return (self.trajectory, *(other.trajectory for other in self.others))
 
     def numbered(self, throw: int) -> FilmTrack:
-        """The same tracks under the number of a throw."""
+        """Return the same tracks with the number of a throw."""
         return replace(
             self,
             trajectory=replace(self.trajectory, throw=throw),

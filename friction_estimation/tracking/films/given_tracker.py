@@ -1,4 +1,4 @@
-"""A tracker on one piece of film: only those of this package take parts of films, and cameras."""
+"""A tracker for one piece of film: only the built-in one takes parts of films, and cameras."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from friction_estimation.tracking.tracker import Tracker, tracks_in
 
 @dataclass(frozen=True)
 class GivenTracker:
-    """A tracker, one of this package or another.
+    """Built-in or other tracker.
 
     Parameters
     ----------
@@ -48,12 +48,12 @@ class GivenTracker:
 
     @property
     def shares_cameras(self) -> bool:
-        """Return whether it takes a camera that was solved before, and may correct it."""
+        """Return whether it accepts a solved camera, and may correct it."""
         return self.is_built_in and (self.options is None or self.options.refine)
 
     @property
     def identity(self) -> str:
-        """A text that differs for different trackers and for different options of one."""
+        """Text that identifies a tracker and its options."""
         return _identity(self.function)
 
     def track(
@@ -65,7 +65,7 @@ class GivenTracker:
         *,
         sampled: SteadyFilm | None = None,
     ) -> TrackedFilm:
-        """Track what shows one throw.
+        """Track a piece with one throw.
 
         Parameters
         ----------

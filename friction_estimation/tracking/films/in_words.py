@@ -8,7 +8,7 @@ from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.films.tracked_film import TrackedFilm
 
 UNSURE_HEIGHT = 0.05
-"""Relative standard error of a camera's height above which it is questioned."""
+"""Relative standard error of a camera's height above which it is reported."""
 
 
 def film_in_words(one: TrackedFilm) -> str:
@@ -25,7 +25,7 @@ def film_in_words(one: TrackedFilm) -> str:
         f"to about {sigma:.1f} mm{hidden}",
         f"the paint on the ice agrees to {found.refined.rms_px:.2f} px"
         if found.refined.measured
-        else "the paint on the ice could not check the marked points",
+        else "the marked points could not be compared with the paint",
         *_camera_in_words(found),
     ]
     struck = sum(bool(other.contacts) for other in found.others)

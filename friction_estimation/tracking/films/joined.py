@@ -1,4 +1,4 @@
-"""One throw as several cameras have seen it, joined to one set of tracks."""
+"""Tracks of one throw from several cameras, joined."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def join_views(
     bridge: bool = False,
     remark: Callable[[str], object] = lambda text: None,
 ) -> JoinedThrow:
-    """Join all stones of one throw as one camera or several have seen it.
+    """Join the tracks of all stones of one throw from one or several cameras.
 
     Parameters
     ----------
@@ -66,11 +66,11 @@ def join_views(
         remark(f"{one.name}: {clock}")
         its |= {"offset_s": offset, "offset_sigma_s": float(sigma)}
     others = other_stones([one.tracks[1:] for one in views], joined)
-    # All throws are on the clock of the camera that is named first.
+    # All throws use the clock of the first camera.
     shift = float(joined.offset[0]) + begin.thrown.clock - first.clock
     clock = round(begin.thrown.clock - shift, 3)
     stones = [joined.whole if bridge else joined.trajectory, *(track for track, _ in others)]
-    # The clearest view of a handle decides its colour.
+    # The clearest view of a handle determines its colour.
     handles = [reduce(clearer, [one.handles[0] for one in views])]
     handles += [views[camera].handles[1 + number] for _, (camera, number) in others]
     tracks = [replace(track, throw=throw, clock=clock) for track in stones]

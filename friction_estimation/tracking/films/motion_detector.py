@@ -18,7 +18,7 @@ from friction_estimation.tracking.detection.background import sheet_region
 
 
 class MotionDetector:
-    """Looks for something that moves on the sheet, in the brightness of a camera's frames.
+    """Detector of motion on the sheet, from the brightness of a camera's frames.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class MotionDetector:
 
     @classmethod
     def for_camera(cls, camera: Camera, scene: Scene) -> MotionDetector:
-        """The detector for a camera that sees a sheet."""
+        """Make the detector for a camera and a sheet."""
         square_px = numbers.SQUARE_PX
         rows, columns = (
             slice(side.start, side.stop - (side.stop - side.start) % square_px)
@@ -55,7 +55,7 @@ class MotionDetector:
         return cls(np.where(on_sheet, square / stone, 0.0), (rows, columns))
 
     def detects(self, t: float, grey: Image) -> bool:
-        """Return whether something has moved shortly before a time.
+        """Return whether an object has moved shortly before a time.
 
         Parameters
         ----------

@@ -17,7 +17,7 @@ from friction_estimation.tracking import numbers
 from friction_estimation.tracking.association.recording import find_throws
 
 STILL_FRAMES = 25
-"""Frames in which a film without a throw is checked for a camera that moves."""
+"""Number of frames in which a film without a throw is checked for a moving camera."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,17 +65,15 @@ def cut(
     film: Film,
     scene: Scene,
     *,
-    look_through: bool = False,
     left_out: Callable[[str], object] = lambda why: None,
     progress: Progress = no_progress,
 ) -> list[Piece]:
-    """The throws of a film in order; all of it where it is short and shows no more than one.
+    """Return the throws of a film in order; the whole film if it is short and shows at most one.
 
     Parameters
     ----------
     film : of one throw or of many
     scene : its camera's view of the sheet
-    look_through : whether even a film is looked through that is so short that it hardly shows two
     left_out : called with each skipped part of a film that is cut, and the reason
     progress : called with the number of frames passed and the expected number of all
 
@@ -83,8 +81,6 @@ def cut(
     ------
     InputError : points that do not fit the film, or a long film in which nothing is thrown
     """
-    if not look_through and is_short(film):
-        return [Piece.whole(film)]
     back: list[tuple[float, float]] = []
     throws = find_throws(
         film,
@@ -113,13 +109,8 @@ def cut(
     return pieces
 
 
-def is_short(film: Film) -> bool:
-    """Return whether a film is probably too short for two throws."""
-    return film.duration < min(numbers.SHORT_SECONDS, numbers.ONE_THROW_SECONDS)
-
-
 def minutes(t: float) -> str:
-    """A time as minutes and seconds."""
+    """Return a time as minutes and seconds."""
     minutes, seconds = divmod(t, 60)
     hours, minutes = divmod(int(minutes), 60)
     return f"{hours}:{minutes:02d}:{seconds:04.1f}" if hours else f"{minutes}:{seconds:04.1f}"

@@ -1,4 +1,4 @@
-"""Quick looks at a long film: some frames of every second, of which most are never decoded."""
+"""Quick looks at a long film: a few frames of every second; most frames are never decoded."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from friction_estimation.tracking import numbers
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Look:
-    """One frame of a film, as it is stored.
+    """Frame of a film as stored.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Look:
         return np.ascontiguousarray(np.rot90(brightness_of(self.stored), self._turns))
 
     def picture(self, parts: int) -> Image:
-        """All of it with 1/`parts` of the lines and columns, BGR."""
+        """Picture with 1/`parts` of the lines and columns, BGR."""
         small = self.stored.reformat(
             width=self.stored.width // parts,
             height=self.stored.height // parts,
@@ -62,9 +62,9 @@ class Look:
 
 
 def looks(film: Film, low: float = 0.0, high: float = np.inf) -> Iterator[Look]:
-    """Frames from one time to another [s], some in every second.
+    """Yield frames from one time to another [s], some in every second.
 
-    They are key frames where these come often enough, so that nothing between them is decoded.
+    These are key frames if there are enough, so that no others are decoded.
     """
     moments, keys, unit = timetable_of(film.path)
     with opened(film.path) as (container, stream):
@@ -108,7 +108,7 @@ def looks(film: Film, low: float = 0.0, high: float = np.inf) -> Iterator[Look]:
 
 
 def parts_for(size: tuple[int, int]) -> int:
-    """By how many parts a picture's lines and columns may be divided and still show stones."""
+    """Return the largest reduction of a picture at which stones are still visible."""
     parts = 1
     while min(size) / parts > numbers.FINE_LINES:
         parts *= 2
@@ -116,7 +116,7 @@ def parts_for(size: tuple[int, int]) -> int:
 
 
 def smaller(camera: Camera, parts: int) -> Camera:
-    """The camera of pictures with 1/`parts` of the lines and columns."""
+    """Return the camera of pictures with 1/`parts` of the lines and columns."""
     if parts == 1:
         return camera
     lens = camera.lens

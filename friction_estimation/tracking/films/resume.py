@@ -1,9 +1,8 @@
-"""Work on many films goes on where it was interrupted.
+"""Resuming of interrupted work on many films.
 
-The tracks of each throw are kept in a folder beside the output, under a digest of what they were
-made from. The next call with the same film and choices reads them, to the last bit, instead of
-tracking that throw again; a call with others leaves them alone. The folder is deleted when the
-output has been written.
+The tracks of each throw are kept in a folder beside the output, under a digest of their inputs. The
+next call with the same film and options reads them, to the last bit, instead of tracking that throw
+again; a call with others ignores them. The folder is deleted when the output has been written.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ SUFFIX = ".unfinished"
 
 
 class Checkpoints:
-    """The tracks that an interrupted call has left, and those that this call leaves.
+    """Kept tracks of an interrupted call, and of this one.
 
     Parameters
     ----------
@@ -49,7 +48,7 @@ class Checkpoints:
         self.folder = output.with_name(fitted(output.name, SUFFIX))
 
     def load(self, key: str) -> tuple[list[Trajectory], dict[str, Any]] | None:
-        """The tracks of a throw and what was noted with them; None where they were not kept.
+        """Load the tracks of a throw and their summary; None if they were not kept.
 
         Parameters
         ----------
@@ -85,7 +84,7 @@ class Checkpoints:
         self._report()
 
     def delete(self) -> None:
-        """Forget all tracks: they are written where they belong."""
+        """Delete all kept tracks, once the output is written."""
         for kept in self.folder.glob("film-*.npz"):
             with suppress(OSError):
                 kept.unlink()
@@ -96,7 +95,7 @@ class Checkpoints:
         return self.folder / f"film-{key[:24]}.npz"
 
     def _report(self) -> None:
-        keep(f"what was tracked is kept in {self.folder}; repeat the command to go on from there")
+        keep(f"what was tracked is kept in {self.folder}; repeat the command to continue")
 
 
 _LABELS = ("throw", "stone", "clock")
@@ -104,13 +103,13 @@ _ARRAYS = tuple(field.name for field in fields(Trajectory) if field.name not in 
 
 
 def digest(film: Path, **choices: Any) -> str:
-    """A short text that differs where a film or anything else that decides its tracks differs.
+    """Return a digest of a film and everything else that determines its tracks.
 
     Parameters
     ----------
     film : its path, size and time of change count, and the content of a table of times beside it;
         so does the command that runs
-    choices : whatever else decides the tracks, for JSON
+    choices : other settings that affect the tracks, for JSON
     """
     stat = film.stat() if film.exists() else None
     beside = film.with_name(fitted(film.name, TIMES_SUFFIX))

@@ -1,4 +1,4 @@
-"""Films to tracks, throw by throw, with what an interrupted call has already tracked."""
+"""From films to tracks, throw by throw, reusing the throws of an interrupted call."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.tracking.films.given_tracker import GivenTracker
 from friction_estimation.tracking.films.resume import Checkpoints
 from friction_estimation.tracking.films.shared_cameras import SharedCameras
-from friction_estimation.tracking.films.throws_of_film import ThrowTracker, alone
+from friction_estimation.tracking.films.throws_of_film import ThrowTracker, without_context
 from friction_estimation.tracking.films.tracked_film import TrackedFilm, with_stones
 from friction_estimation.tracking.tracker import Tracker, load_tracker
 
@@ -38,7 +38,7 @@ def track_films(
     scenes : one for all films, or one for each; scenes or paths of scene files
     tracker : finds the stones in a film; by default the built-in one, `track_film`
     resume_beside : path of a file; the tracks of each film are kept in a folder beside it until all
-        films are tracked, so that an interrupted call goes on there. None: nothing is kept
+        films are tracked, so that an interrupted call continues. None: nothing is kept
     progress : called with the number of frames done in a film and the expected number of all
 
     Returns
@@ -78,10 +78,10 @@ def track_each(
     left_out: Callable[[str], object] | None = None,
     progress: Progress = no_progress,
 ) -> Iterator[TrackedFilm]:
-    """Track films, and yield what is found of each throw as soon as it is known.
+    """Track films, and yield each throw as soon as it is tracked.
 
-    The built-in tracker cuts a film of several throws into these. Another tracker is given whole
-    films, as is the built-in one where `throws` numbers them.
+    The built-in tracker cuts a film into its throws. Another tracker gets whole films, as does the
+    built-in one if `throws` numbers them.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def track_each(
     scenes = [scenes] if isinstance(scenes, Scene) else list(scenes)
     if len(scenes) not in (1, len(films)):
         raise InputError(
-            f"one scene for all films or one for each: {len(films)} films, {len(scenes)} scenes",
+            f"expected one scene for all {len(films)} films or one for each, got {len(scenes)}",
             source="--scene",
         )
     scenes *= len(films) // len(scenes)
@@ -151,7 +151,7 @@ def _throws_of_all(
         except NoThrowError as error:
             if each_shows_one:
                 raise
-            why = alone(error)
+            why = without_context(error)
             throw_tracker.left_out(f"{film.name}: {why.problem}")
         if why is None:
             continue

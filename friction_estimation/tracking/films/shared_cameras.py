@@ -1,8 +1,8 @@
-"""One camera is one camera: what the films of a scene share is solved once, kept, and checked.
+"""Shared camera of the films of a scene: solved once, kept, and checked.
 
 Lens, pose and height are solved from the first films of a scene together and written beside the
-scene when a throw is tracked with them. Later films use them at once. In every film the paint
-must be where the camera sees it; else the tripod has moved, and the camera is solved again.
+scene when a throw is tracked with them. Later films use them at once. In every film the paint must
+agree with the camera; otherwise the tripod has moved, and the camera is solved again.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ from friction_estimation.tracking.measuring.looks import SeenStone, with_focal
 
 FORMAT = FileFormat(name="curling-camera/1", what="a solved camera")
 SOLVER = 4
-"""Raised whenever cameras are solved better: those that were kept before are then solved again."""
+"""Version of the solver: cameras solved by earlier ones are solved again."""
 
 
 @dataclass(eq=False)
 class SharedCameras:
-    """The cameras of scenes.
+    """Cameras of scenes.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class SharedCameras:
         others: Sequence[Path],
         progress: Progress,
     ) -> RefinedCamera | None:
-        """The camera of a scene; solved from its first films where it is not known yet.
+        """Return the camera of a scene, solved from its first films if it is unknown.
 
         Parameters
         ----------
@@ -91,7 +91,7 @@ class SharedCameras:
         return sampled if sampled is not None and sampled.film is piece.film else None
 
     def note(self, scene: Scene, found: FilmTrack) -> None:
-        """Go on with the camera of a film in which it has turned out to have moved, and keep it."""
+        """Continue with the camera of a film in which it has moved, and keep it."""
         if found.moved_px and found.refined.measured:
             key = self._key(scene, found.camera.size)
             self._known[key] = found.refined
@@ -99,7 +99,7 @@ class SharedCameras:
         self.keep_of(scene, found.camera.size)
 
     def keep_of(self, scene: Scene, size: tuple[int, int]) -> None:
-        """Write the camera of a scene beside it, now that a throw was tracked with it.
+        """Write the camera of a scene beside it, once a throw was tracked with it.
 
         Parameters
         ----------
@@ -135,7 +135,7 @@ class SharedCameras:
         return solve_camera(films, scene, sampled=sampled, progress=progress)
 
     def _key(self, scene: Scene, size: tuple[int, int]) -> str:
-        """A text that differs for other scenes, other sizes of pictures, and older solutions."""
+        """Text that identifies the scene, the size of pictures, and the version of the solver."""
         seen = asdict(replace(scene, source=None, fps=None))
         made_from = {**seen, "size": size, "solver": SOLVER}
         text = json.dumps(
@@ -161,7 +161,7 @@ class SharedCameras:
         try:
             write_json(path, {"format": FORMAT.name, "scene": key, **camera_document(camera)})
         except CurlingError:
-            return  # a folder in which nothing can be written is no reason to stop
+            return  # a read-only folder is not an error
 
 
 def solve_camera(
@@ -171,7 +171,7 @@ def solve_camera(
     sampled: Callable[[SteadyFilm], object] = lambda film: None,
     progress: Progress = no_progress,
 ) -> RefinedCamera | None:
-    """The camera that took several films, from all of them together.
+    """Solve the camera of several films from all of them together.
 
     Parameters
     ----------
@@ -238,7 +238,7 @@ def camera_beside(scene: Scene) -> Path | None:
 
 
 def _may_replace(path: Path) -> bool:
-    """Return whether a path has no file yet, or one that was written here."""
+    """Return whether a path has no file yet, or a solved camera."""
     if not path.exists():
         return True
     try:
@@ -249,7 +249,7 @@ def _may_replace(path: Path) -> bool:
 
 
 def camera_document(refined: RefinedCamera) -> dict[str, Any]:
-    """A solved camera for JSON, to the last bit."""
+    """Return a solved camera for JSON, to the last bit."""
     document: dict[str, Any] = {
         **_camera_values(refined.camera),
         "measured": refined.measured,
@@ -264,7 +264,7 @@ def camera_document(refined: RefinedCamera) -> dict[str, Any]:
 
 
 def camera_from(document: dict[str, Any]) -> RefinedCamera:
-    """The camera that `camera_document` described.
+    """Return the camera of a document of `camera_document`.
 
     Raises
     ------
@@ -298,7 +298,7 @@ def _camera_values(camera: Camera) -> dict[str, Any]:
 
 
 def _camera(document: dict[str, Any]) -> Camera:
-    """The camera itself; a file may hold anything.
+    """Return the camera itself; a file may contain anything.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A film held still and evenly lit, the empty ice in it, and its camera by the paint."""
+"""Stabilised and evenly lit film, its empty ice, and its camera from the paint."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from friction_estimation.tracking.detection.background import (
 
 
 class SteadyFilm:
-    """A film whose frames are evenly lit and do not sway.
+    """Film with evenly lit and stabilised frames.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class SteadyFilm:
         if not sample:
             raise InputError("no frame can be decoded without damage", source=film.path)
         self._deflicker = deflicker_for(sample)
-        # One by one, so that no frame of a large film is held twice.
+        # One by one, so that no frame of a large film is in memory twice.
         if self._deflicker is not None:
             for k, (t, frame) in enumerate(sample):
                 sample[k] = t, self._deflicker.corrected(frame)
@@ -69,9 +69,9 @@ class SteadyFilm:
         return self.film.frame_count
 
     def frames(self) -> Iterable[tuple[float, Frame]]:
-        """All frames of the film's size; others, which show the sheet elsewhere, are remarked on.
+        """Yield all frames of the film's size; others are reported.
 
-        Where nothing is to be corrected, colours are decoded only where needed.
+        Without corrections, colours are decoded only where needed.
         """
         fitting = self._fitting()
         if self._deflicker is None and self.stabiliser is None:
@@ -79,7 +79,7 @@ class SteadyFilm:
         return self._corrected((t, frame.whole()) for t, frame in fitting)
 
     def _fitting(self) -> Iterator[tuple[float, LazyFrame]]:
-        """The frames of the film's size; the first of others is remarked on."""
+        """Yield the frames of the film's size; the first other one is reported."""
         others, first = 0, ""
         for number, (t, frame) in enumerate(self.film.lazy_frames()):
             size = (frame.shape[1], frame.shape[0])
@@ -97,7 +97,7 @@ class SteadyFilm:
             )
 
     def between(self, low: float, high: float, step: float) -> Iterator[tuple[float, Image]]:
-        """The frames from one time to another, a step apart [s]."""
+        """Return the frames from one time to another, a step apart [s]."""
         return self._corrected(self.film.between(low, high, step))
 
     def _corrected(self, frames: Iterable[tuple[float, Image]]) -> Iterator[tuple[float, Image]]:
@@ -110,15 +110,15 @@ class SteadyFilm:
 
 
 def sample_size(size: tuple[int, int]) -> int:
-    """Return the number of frames of a film that are sampled before the stone is followed."""
+    """Return the number of sampled frames of a film."""
     fitting = numbers.SAMPLE_BYTES // max(3 * size[0] * size[1], 1)
     return min(numbers.SAMPLE_FRAMES, max(fitting, numbers.LEAST_SAMPLE))
 
 
 def empty_ice(film: SteadyFilm, scene: Scene) -> Background:
-    """The ice without what moved."""
+    """Empty ice."""
     camera = camera_from_scene(scene, film.size)
-    # A lens that is not known yet may misplace the sheet by tens of pixels.
+    # An unknown lens may displace the sheet by tens of pixels.
     known = scene.camera_matrix is not None and scene.distortion is not None
     margin = numbers.KNOWN_LENS_MARGIN_PX if known else numbers.UNKNOWN_LENS_MARGIN_PX
     region = sheet_region(camera, scene.sheet, margin)
@@ -133,7 +133,7 @@ def camera_of(
     known: RefinedCamera | None,
     refine_camera: bool,
 ) -> tuple[RefinedCamera, float]:
-    """The camera of a film, and by how much it has moved since it was solved before [px].
+    """Return the camera of a film, and its movement since it was solved [px].
 
     Parameters
     ----------
@@ -160,13 +160,13 @@ def camera_of(
     return refined, moved_px
 
 
-def blames_scene(refined: RefinedCamera, film: Path) -> InputError:
-    """The error of a film without a thrown stone whose paint is not where the scene says."""
+def scene_mismatch_error(refined: RefinedCamera, film: Path) -> InputError:
+    """Return the error of a film without a thrown stone whose paint contradicts the scene."""
     wrong = ", ".join(refined.disagreeing)
     seen = f" ({wrong} elsewhere)" if wrong else ""
     return InputError(
-        f"the paint is not where this scene says{seen}, and no thrown stone is found; is it "
-        "the scene of this camera? `curling corners` marks it again",
+        f"the paint is not where this scene says{seen}, and no thrown stone is found; "
+        "mark the sheet again in this film",
         source=film,
     )
 
@@ -174,7 +174,7 @@ def blames_scene(refined: RefinedCamera, film: Path) -> InputError:
 def refined_by_paint(
     film: SteadyFilm, scene: Scene, background: Background, refine_camera: bool
 ) -> RefinedCamera:
-    """The camera, corrected by the paint on the ice if wanted."""
+    """Return the camera, corrected by the paint on request."""
     camera = camera_from_scene(scene, film.size)
     if not refine_camera:
         return unrefined(camera)

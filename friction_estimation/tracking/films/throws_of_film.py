@@ -1,4 +1,4 @@
-"""The throws of one film: cut, and tracked one after the other; what was tracked before is read."""
+"""Throws of one film: cut, and tracked one after the other; kept results are read."""
 
 from __future__ import annotations
 
@@ -12,9 +12,8 @@ from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.stabilisation import CameraMovesError
 from friction_estimation.film.video import Film
-from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.films.given_tracker import GivenTracker
-from friction_estimation.tracking.films.pieces import Piece, cut, is_short
+from friction_estimation.tracking.films.pieces import Piece, cut
 from friction_estimation.tracking.films.resume import Checkpoints, digest
 from friction_estimation.tracking.films.shared_cameras import SharedCameras, camera_document
 from friction_estimation.tracking.films.tracked_film import TrackedFilm
@@ -22,7 +21,7 @@ from friction_estimation.tracking.films.tracked_film import TrackedFilm
 
 @dataclass(kw_only=True, eq=False)
 class ThrowTracker:
-    """Tracks the throws of films, numbered in order.
+    """Tracker of the throws of films, numbered in order.
 
     Parameters
     ----------
@@ -52,7 +51,7 @@ class ThrowTracker:
         Parameters
         ----------
         like : films of the same scene that follow
-        throw : number of its throw, where it is known to show one; None: it is cut into its throws
+        throw : number of its only throw; None to cut the film into its throws
 
         Returns
         -------
@@ -60,27 +59,10 @@ class ThrowTracker:
 
         Raises
         ------
-        InputError : a film that shows no throw at all, and what the tracker raises
+        InputError : a film without a throw, or an error of the tracker
         """
         pieces = [Piece.whole(film)] if throw is not None else self._pieces(film, scene)
         camera = self._camera_of(scene, pieces, like)
-        if len(pieces) == 1:
-            piece = pieces[0]
-            key = self._key(piece, scene, camera)
-            one = self._kept(key, piece)
-            if one is None:
-                one, pieces = self._whole(piece, scene, camera, may_show_several=throw is None)
-                if one is not None:
-                    self._keep(one, key, scene, even_alone=False)
-            if one is not None:
-                yield self._next(one, piece, scene, throw)
-                return None
-        return (yield from self._throws_in(pieces, scene, camera))
-
-    def _throws_in(
-        self, pieces: Sequence[Piece], scene: Scene, camera: RefinedCamera | None
-    ) -> Generator[TrackedFilm, None, InputError | None]:
-        """The throws in several parts of a film; gives why the first is none where all are none."""
         refused: list[InputError] = []
         for piece in pieces:
             key = self._key(piece, scene, camera)
@@ -89,41 +71,24 @@ class ThrowTracker:
                 try:
                     one = self._track(piece, scene, camera)
                 except InputError as error:
+                    if piece.begin is None:
+                        raise
                     moves = isinstance(error, CameraMovesError)
                     known = moves and any(isinstance(k, CameraMovesError) for k in refused)
-                    refused.append(alone(error))
-                    if known:  # reported once
-                        continue
-                    self.left_out(f"{piece.path.name}, {piece.name}: {error.problem}")
+                    refused.append(without_context(error))
+                    if not known:  # reported once
+                        self.left_out(f"{piece.path.name}, {piece.name}: {error.problem}")
                     continue
-                self._keep(one, key, scene, even_alone=True)
-            yield self._next(one, piece, scene)
+                self._keep(one, key, scene, even_alone=piece.begin is not None)
+            yield self._next(one, piece, scene, throw)
         return refused[0] if len(refused) == len(pieces) else None
-
-    def _whole(
-        self, piece: Piece, scene: Scene, camera: RefinedCamera | None, *, may_show_several: bool
-    ) -> tuple[TrackedFilm | None, list[Piece]]:
-        """All of a film as one throw; or its parts, where it turns out to show several."""
-
-        def parts(found: FilmTrack | None) -> list[Piece]:
-            return self._parts(piece, scene, found) if may_show_several else []
-
-        try:
-            one = self._track(piece, scene, camera)
-        except InputError:
-            several = parts(None)
-            if not several:
-                raise
-            return None, several
-        several = parts(one.found)
-        return (None, several) if several else (one, [])
 
     def _track(self, piece: Piece, scene: Scene, camera: RefinedCamera | None) -> TrackedFilm:
         sampled = self.cameras.sampled(piece)
         return self.tracker.track(piece, scene, camera, self.progress, sampled=sampled)
 
     def _pieces(self, film: Path, scene: Scene) -> list[Piece]:
-        """The throws of a film, or all of it where it shows one throw only."""
+        """Return the throws of a film, or the whole film if it shows one throw only."""
         if not self.tracker.is_built_in:
             return [Piece.whole(film)]
         options = self.tracker.options
@@ -131,50 +96,20 @@ class ThrowTracker:
         return cut(
             opened,
             scene,
-            left_out=self._left_out_of(film),
+            left_out=lambda why: self.left_out(f"{film.name}, {why}"),
             progress=self.progress,
         )
-
-    def _parts(self, piece: Piece, scene: Scene, found: FilmTrack | None) -> list[Piece]:
-        """The throws of a short film that was tracked as one, if there are several.
-
-        Parameters
-        ----------
-        found : what was found in it; None where that is no throw
-        """
-        if (
-            not self.tracker.is_built_in
-            or piece.begin is not None
-            or not isinstance(piece.film, Film)
-        ):
-            return []
-        if not is_short(piece.film):
-            return []
-        if found is not None and not found.shows_several:
-            return []
-        left_out = self._left_out_of(piece.path)
-        parts = cut(
-            piece.film,
-            scene,
-            look_through=True,
-            left_out=left_out,
-            progress=self.progress,
-        )
-        return parts if len(parts) > 1 else []
-
-    def _left_out_of(self, film: Path) -> Callable[[str], object]:
-        return lambda why: self.left_out(f"{film.name}, {why}")
 
     def _camera_of(
         self, scene: Scene, pieces: Sequence[Piece], like: Sequence[Path]
     ) -> RefinedCamera | None:
-        """The camera that all films of the scene share; None where each is solved by itself."""
+        """Return the camera shared by all films of the scene; None if each is solved separately."""
         if not self.tracker.shares_cameras:
             return None
         return self.cameras.of(scene, pieces, like, self.progress)
 
     def _key(self, piece: Piece, scene: Scene, camera: RefinedCamera | None) -> str:
-        """A text that differs where anything differs that decides the tracks of a piece."""
+        """Return a digest of everything that determines the tracks of a piece."""
         if self.checkpoints is None:
             return ""
         return digest(
@@ -186,7 +121,7 @@ class ThrowTracker:
         )
 
     def _kept(self, key: str, piece: Piece) -> TrackedFilm | None:
-        """Return what an interrupted call has tracked of a piece; None if nothing is kept."""
+        """Return the kept tracks of a piece; None without any."""
         if self.checkpoints is None or self._done < self.always_track:
             return None
         kept = self.checkpoints.load(key)
@@ -196,7 +131,7 @@ class ThrowTracker:
         return TrackedFilm(film=piece.path, tracks=tuple(tracks), summary=summary, resumed=True)
 
     def _keep(self, one: TrackedFilm, key: str, scene: Scene, *, even_alone: bool) -> None:
-        """Keep what was tracked, and the camera with which that went well."""
+        """Keep the tracks, and the camera that was used."""
         if one.found is not None:
             self.cameras.note(scene, one.found)
         if self.checkpoints is not None and (even_alone or self.several_films):
@@ -205,13 +140,13 @@ class ThrowTracker:
     def _next(
         self, one: TrackedFilm, piece: Piece, scene: Scene, throw: int | None = None
     ) -> TrackedFilm:
-        """The next throw under its number."""
+        """Number the next throw."""
         number = self._done if throw is None else throw
         self._done += 1
         return replace(one.numbered(number, piece), scene=scene)
 
 
-def alone(error: InputError) -> InputError:
-    """Return an error without its context: the pictures of a throw that is dropped."""
+def without_context(error: InputError) -> InputError:
+    """Return an error without its context, which has the pictures of a dropped throw."""
     error.__cause__ = error.__context__ = None
     return error.with_traceback(None)

@@ -46,7 +46,7 @@ class TrackedFilm:
 
     @property
     def name(self) -> str:
-        """The film, and where in a longer one the throw is."""
+        """Name of the film, with the time of the throw in a longer one."""
         at = self.summary.get("clock")
         return self.film.name if at is None else f"{self.film.name} at {minutes(at)}"
 
@@ -58,7 +58,7 @@ class TrackedFilm:
         return [*codes, *[None] * len(self.tracks)][: len(self.tracks)]
 
     def numbered(self, throw: int, piece: Piece) -> TrackedFilm:
-        """The same under the number of the throw, and with the time at which its piece begins."""
+        """Return the same with the number of the throw and the start of its piece."""
         tracks = tuple(
             replace(track, throw=throw, stone=k, clock=piece.begin or track.clock)
             for k, track in enumerate(self.tracks)
@@ -116,6 +116,6 @@ def _summary_of_other(other: FilmTrack) -> dict[str, Any]:
 
 
 def _handle(found: FilmTrack) -> dict[str, str]:
-    """The colour of a stone's handle, where it is seen."""
+    """Return the colour of a stone's handle, if it is seen."""
     code = handle_code(found.handle_colour)
     return {} if code is None else {"handle": code}

@@ -1,1 +1,1 @@
-"""The fit of each stone in every frame."""
+"""Fit of each stone in every frame."""

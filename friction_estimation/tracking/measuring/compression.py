@@ -1,9 +1,9 @@
 """Time since the pixels of a stone last changed.
 
-The noise of a camera differs in every frame, and so does the rim of a stone that moves. A codec
-that leaves small changes out repeats old pixels: the stone then lags behind its true place, and its
-handle behind its true heading. Still ice may repeat as often as it likes: only where the stone has
-moved on and its rim has not changed is something lost.
+The noise of a camera differs in every frame, and so does the rim of a moving stone. A codec that
+drops small changes repeats old pixels: the stone then lags behind its true position, and its handle
+behind its true heading. Repeated pixels of still ice do no harm; information is lost only if the
+stone has moved and its rim has not changed.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from friction_estimation.tracking import numbers
 from friction_estimation.tracking.detection.background import Background
 
 _OF_NOISE = 9.0
-"""Square of a slope in one direction that noise alone may make [grey levels²]."""
+"""Squared gradient in one direction due to noise alone [grey levels²]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,7 +45,7 @@ class Ages:
     repeated: Floats
 
     def around(self, t: Floats) -> Ages:
-        """Means over the frames around other times [s]; 0 where nothing is known."""
+        """Return means over the frames around other times [s]; 0 without data."""
         first = np.searchsorted(self.t, t - numbers.AGE_NEIGHBOURS, side="left")
         last = np.searchsorted(self.t, t + numbers.AGE_NEIGHBOURS, side="right")
 
@@ -65,7 +65,7 @@ class Ages:
 
 @dataclass(eq=False)
 class PixelAges:
-    """Watches, frame by frame, which pixels of a stone change."""
+    """Record, frame by frame, of the changing pixels of a stone."""
 
     _known: list[tuple[float, ...]] = field(default_factory=list)
     _before: Frame | None = None
@@ -130,7 +130,7 @@ class PixelAges:
 def _window(
     camera: Camera, model: StoneModel, xy: Floats, background: Background
 ) -> tuple[slice, slice] | None:
-    """Rows and columns around a stone that the background covers; None where they are few."""
+    """Return rows and columns around a stone that the background covers; None if they are few."""
     corners = model.extent_px(camera, xy)
     if len(corners) == 0:
         return None
@@ -148,8 +148,8 @@ def _window(
 def _add_ages(before, now, behind, changed, t, aim, totals):
     """Add up the ages of a stone's pixels.
 
-    A pixel counts by the square of its slope, less what noise makes of it: by how much it tells of
-    the stone's place.
+    A pixel is weighted by its information on the stone's position: the square of its gradient,
+    minus that of noise.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Contact times: moments at which a path comes as near to a resting stone as two radii."""
+"""Contact times: moments at which the distance of a path from a resting stone is two radii."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from friction_estimation.tracking.measuring.measurements import Measurements
 def contact_time(
     striker: Measurements, rested: Floats, touching: float, about: float
 ) -> float | None:
-    """Time at which a stone touches one that rests [s]; None where its path passes by or ends.
+    """Return the time at which a stone touches a resting one [s]; None if its path passes by or
+    ends.
 
     Parameters
     ----------

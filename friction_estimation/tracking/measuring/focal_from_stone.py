@@ -1,9 +1,9 @@
-"""The focal length from the stone, where the paint on the ice leaves it open.
+"""Focal length from the stone, if the paint on the ice does not determine it.
 
-To a camera that looks straight down, a longer lens further away shows the same ice. A body of known
-height looks different, though: the nearer the camera, the more its top appears shifted outwards
-from its foot, the more so towards the edge of the picture. Only the right camera height fits the
-stone all along its path. What little the paint says about the height is weighed in.
+For a camera that looks straight down, a longer lens farther away shows the same ice. A body of
+known height looks different, though: the nearer the camera, the more its top appears shifted
+outwards from its foot, especially towards the edge of the picture. Only the correct camera height
+fits the stone all along its path. The weak information of the paint on the height is included.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from friction_estimation.appearance import (
     Crop,
     StoneModel,
     adapt_appearance,
+    as_reversible,
     learn_appearance,
-    turned_alike,
 )
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera, log_height_prior
@@ -31,7 +31,7 @@ from friction_estimation.tracking import numbers
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Trial:
-    """A height that was tried.
+    """Tried height.
 
     Parameters
     ----------
@@ -47,10 +47,10 @@ class _Trial:
 
 
 class _Heights:
-    """Tries heights one beside the other: each look begins with that of the height before.
+    """Search over heights in sequence: each appearance starts from that of the previous height.
 
-    A look that is learnt from nothing is one of several that fit nearly as well, and misfits of
-    such looks scatter more than heights differ.
+    Independently fitted appearances are one of several that fit nearly as well, and their misfits
+    scatter more than those of different heights.
     """
 
     def __init__(
@@ -67,17 +67,21 @@ class _Heights:
         self._crops_of, self._model = crops_of, model
 
     def change(self, lean: float) -> float:
-        """The change of the log focal length that brings the camera to a height."""
+        """Return the change of the log focal length for a height of the camera."""
         return float(np.log(1 / (lean * self._refined.camera.position[2])))
 
     def seen_from(self, lean: float) -> tuple[RefinedCamera, Sequence[Sequence[Crop]]] | None:
-        """The camera at a height, and the stones' pictures; None where the paint contradicts it."""
+        """Return the camera at a height, and the stones' pictures; None if the paint contradicts
+        it.
+        """
         found = self._refine_at_focal(self.change(lean))
         stones = [] if found is None else self._crops_of(found.camera)
         return None if found is None or not stones or not all(stones) else (found, stones)
 
     def first(self, lean: float, noise: float) -> _Trial | None:
-        """A height whose looks are learnt from nothing; see `learn_appearance` for `noise`."""
+        """Try a height with independently fitted appearances; see `learn_appearance` for
+        `noise`.
+        """
         seen = self.seen_from(lean)
         if seen is None:
             return None
@@ -89,7 +93,7 @@ class _Heights:
         return self.beside(_Trial(lean=lean, cost=np.inf, seen=pairs), lean)
 
     def beside(self, known: _Trial, lean: float) -> _Trial | None:
-        """Another height, whose looks begin with those of a known one."""
+        """Try another height, with appearances that start from those of a known one."""
         seen = self.seen_from(lean)
         if seen is None:
             return None
@@ -113,7 +117,7 @@ def focal_from_stone(
     model: StoneModel,
     noise: float,
 ) -> RefinedCamera:
-    """The camera whose height fits the stones' pictures all along their paths.
+    """Return the camera whose height fits the stones' pictures all along their paths.
 
     Parameters
     ----------
@@ -124,7 +128,8 @@ def focal_from_stone(
     """
     heights = _Heights(refined, refine_at_focal, crops_of, model)
     alike = _Heights(refined, refine_at_focal, crops_of, model, alike=True)
-    # The shift of the top goes by 1 / height, so heights are tried in even steps of that.
+    # The shift of the top is proportional to 1 / height, so heights are tried in even steps of
+    # that.
     lowest, highest = 1 / np.array(numbers.CAMERA_HEIGHTS)[::-1]
     step = (highest - lowest) / (numbers.COARSE_HEIGHTS - 1)
     start = heights.first(1 / CAMERA_HEIGHT_PRIOR[0], noise)
@@ -153,8 +158,10 @@ def focal_from_stone(
         if min(trials.values(), key=lambda trial: trial.cost) is best:
             break
     found = [(k.lean, k.cost) for k in trials.values()]
-    others = _turned_alike_stones(trials, alike)
-    log_height, sigma = likely_height([(lean, _either(c, others.get(lean))) for lean, c in found])
+    others = _reversible_costs(trials, alike)
+    log_height, sigma = likely_height(
+        [(lean, _cost_of_either_kind(c, others.get(lean))) for lean, c in found]
+    )
     change = heights.change(float(np.exp(-log_height)))
     solved = refine_at_focal(change)
     if solved is None:
@@ -163,10 +170,10 @@ def focal_from_stone(
     return replace(solved, farther=_camera(refine_at_focal(change + one_sigma)))
 
 
-def _turned_alike_stones(trials: dict[float, _Trial], heights: _Heights) -> dict[float, float]:
-    """Return the costs of likely heights, for stones that are turned alike above and below."""
+def _reversible_costs(trials: dict[float, _Trial], heights: _Heights) -> dict[float, float]:
+    """Return the costs of likely heights for reversible stones."""
     best = min(trials.values(), key=lambda trial: trial.cost)
-    seen = tuple((crops, turned_alike(look)) for crops, look in best.seen)
+    seen = tuple((crops, as_reversible(look)) for crops, look in best.seen)
     start = heights.beside(replace(best, seen=seen), best.lean)
     if start is None:
         return {}
@@ -182,15 +189,15 @@ def _turned_alike_stones(trials: dict[float, _Trial], heights: _Heights) -> dict
     return {lean: trial.cost for lean, trial in found.items()}
 
 
-def _either(cost: float, other: float | None) -> float:
+def _cost_of_either_kind(cost: float, other: float | None) -> float:
     """Return the cost of a height for stones of either kind."""
     return cost if other is None else -2 * float(np.logaddexp(-cost / 2, -other / 2))
 
 
 def _spread_best(trials: dict[float, _Trial], heights: _Heights) -> None:
-    """Try heights again, in place, with looks that were better at heights nearby.
+    """Try heights again, in place, with better appearances of neighbouring heights.
 
-    A fit rests in one of several valleys; what the best height has found serves the others.
+    A fit ends in one of several local minima; that of the best height serves the others.
     """
     order, best = sorted(trials), None
     for _ in range(numbers.HEIGHT_PASSES):
@@ -213,7 +220,7 @@ def _camera(found: RefinedCamera | None) -> Camera | None:
 
 
 def likely_height(seen: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """The logarithm of the height that misfits tell, and its standard error.
+    """Return the logarithm of the height from the misfits, and its standard error.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Measuring stones in every frame: each fit starts where the motion model predicts the stone."""
+"""Measurement of stones in every frame: each fit starts at the prediction of the motion model."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from friction_estimation.tracking.measuring.measurements import Measurements
 from friction_estimation.tracking.measuring.others import OtherStone
 
 _STALE = 1.0
-"""A stone unseen for longer is sought by its coarse path alone [s]."""
+"""Maximum time unseen for a prediction by the motion model; later the coarse path is used [s]."""
 
 
 @dataclass(eq=False)
 class Follower:
-    """One stone that is measured frame by frame.
+    """Stone that is measured frame by frame.
 
     Parameters
     ----------
@@ -63,13 +63,13 @@ class Follower:
         options: TrackingOptions,
         others: Sequence[PosedStone] = (),
     ) -> StoneFit | None:
-        """Measure the stone in a frame; None where it is not seen."""
+        """Measure the stone in a frame; None if it is not seen."""
         place, _, spread = self.path.at(t)
         theta = self._heading(t)
         pixel = 1.0 / np.linalg.norm(camera.px_per_metre(place), -2)
         least = numbers.LEAST_GATE + numbers.LEAST_GATE_PX * pixel
         if any(abs(t - contact) < numbers.DENSE_STEP for contact in self.path.contacts):
-            self._seen = -np.inf  # its motion before says nothing of that after
+            self._seen = -np.inf  # its motion before is no information on that after
         if any(abs(t - contact) < numbers.CONTACT_WITHIN for contact in self.path.contacts):
             least += numbers.CONTACT_GATE
         known = spread.max() < numbers.LOST
@@ -77,7 +77,7 @@ class Follower:
         if self._predict(t):
             expected = self._state[:, 0].copy()
             if known and (np.abs(expected - place) > numbers.LOST + numbers.GATE * spread).any():
-                self._seen = -np.inf  # what was measured is not what slides along the path
+                self._seen = -np.inf  # the measured object is not the one on the path
             else:
                 tries.insert(0, (expected, np.sqrt(self._p[:, 0, 0])))
         strays: list[StoneFit] = []
@@ -106,7 +106,7 @@ class Follower:
                 strays.append(fit)
         if not strays:
             return None
-        # No person is near that it might be: the stone itself moves as no stone does alone.
+        # No person is near: the stone itself moves in a way that no free stone does.
         self._seen = -np.inf
         self._update(t, strays[0])
         return strays[0]
@@ -158,7 +158,7 @@ class Follower:
 
 
 def follower_of(stone: OtherStone, people: bool) -> Follower:
-    """Follower of a stone from the moment at which it was hit.
+    """Make the follower of a stone from the moment at which it was hit.
 
     Parameters
     ----------

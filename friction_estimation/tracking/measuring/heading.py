@@ -1,12 +1,12 @@
 """One heading curve for the whole track, from all pictures of the handle together.
 
 Far from the camera a handle is one or two pixels wide: a single picture hardly shows its heading,
-and its two ends look alike. But a stone rotates steadily, and ever more slowly as it slows down. So
-single pictures, a fraction of a second apart, say how well each heading fits, and the rotation is
-found that fits all of them best: first with a spin that falls as a power of the speed, then with a
-slow drift from it. Where another heading fits a stretch of the film better, no heading is given.
-Where the headings that were measured frame by frame have strayed from it, the single pictures' take
-their place.
+and its two ends look alike. But a stone rotates steadily, and more and more slowly as it slows
+down. Pictures a fraction of a second apart therefore give the misfit of each heading, and the
+rotation that fits all of them best is found: first with a spin that falls as a power of the speed,
+then with a slow drift from it. If another heading fits a stretch of the film better, no heading is
+given. If headings measured frame by frame have strayed from the curve, those of single pictures
+replace them.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from curling_env.typing import Flags, Floats
 from friction_estimation.tracking import numbers
 
 _ANGLES = np.linspace(-np.pi, np.pi, 48, endpoint=False)
-"""Deviations from a heading that are compared [rad]; the first is the opposite heading."""
+"""Compared deviations from a heading [rad]; the first is the opposite heading."""
 
 
 @dataclass(eq=False)
@@ -44,16 +44,16 @@ class HeadingViews:
         self.cost.append(np.minimum(cost - cost.min(), numbers.MAX_VIEW_COST))
 
     def between(self, low: float, high: float) -> HeadingViews:
-        """The pictures from one time to before another [s]."""
+        """Return the pictures from one time to before another [s]."""
         kept = [k for k, t in enumerate(self.t) if low <= t < high]
         return HeadingViews(t=[self.t[k] for k in kept], cost=[self.cost[k] for k in kept])
 
 
 @dataclass(frozen=True, kw_only=True)
 class KnownHeading:
-    """Heading and spin of a stone when a stretch of its way began.
+    """Heading and spin of a stone at the beginning of a stretch.
 
-    A contact does not turn a stone at once, and changes little how fast it turns.
+    A contact does not change the heading at once, and changes the spin little.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class KnownHeading:
     spin: float = 0.0
 
     def waves(self) -> NDArray[np.complex128]:
-        """Return the cost of each heading then, as the waves of a picture."""
+        """Return the Fourier coefficients of the cost of each heading at that time."""
         waves = np.zeros(numbers.HEADING_WAVES + 1, dtype=complex)
         cost = 1 / numbers.KNOWN_HEADING_SIGMA**2
         waves[:2] = cost, -cost * np.exp(-1j * self.theta)
@@ -76,7 +76,7 @@ class KnownHeading:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SeenHeadings:
-    """The headings that single pictures show near a curve.
+    """Headings of single pictures near a curve.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class SeenHeadings:
 
 
 class HeadingCurve:
-    """A stone's heading through a throw.
+    """Heading of a stone through a throw.
 
     Parameters
     ----------
@@ -113,7 +113,9 @@ class HeadingCurve:
         self._cubics = PchipInterpolator(self._t, self._theta).c
 
     def at(self, t: Floats | float) -> Floats:
-        """Heading at times [s]; before the first and after the last one the spin stays the same."""
+        """Return the heading at times [s]; before the first and after the last one the spin is
+        constant.
+        """
         t = np.asarray(t, dtype=np.float64)
         inside = np.clip(t, self._t[0], self._t[-1])
         piece = np.clip(np.searchsorted(self._t, inside, side="right") - 1, 0, len(self._t) - 2)
@@ -123,7 +125,7 @@ class HeadingCurve:
         return start + since * (slope + since * (square + since * cubic)) + rate * (t - inside)
 
     def trusted(self, t: Floats) -> Flags:
-        """Return whether the curve may be trusted at times [s], (n,)."""
+        """Return whether the curve is trusted at times [s], (n,)."""
         after = np.clip(np.searchsorted(self._t, t), 1, len(self._t) - 1)
         nearest = np.where(t - self._t[after - 1] < self._t[after] - t, after - 1, after)
         return self._trusted[nearest] & (
@@ -136,9 +138,9 @@ def headings_near(
 ) -> tuple[Floats, Floats]:
     """Measured headings near a curve, unwrapped, and their standard errors, each (n,).
 
-    A fit that starts at a wrong heading finds another one, and so does the next: where most frames
-    around one have strayed from the curve, the single pictures are asked. NaN where nothing is near
-    the curve, and where it is not trusted.
+    A fit that starts at a wrong heading finds another wrong one, and so does the next: if most
+    frames around one have strayed from the curve, single pictures are used. NaN if nothing is near
+    the curve, or if it is not trusted.
 
     Parameters
     ----------
@@ -181,7 +183,7 @@ def unseen_turn(curve: HeadingCurve, t: Floats, speed: Floats, age: Floats) -> F
 
 
 def _longest_stretch(t: Floats, trusted: Flags) -> Flags:
-    """The longest stretch of trusted frames without a long gap."""
+    """Return the longest stretch of trusted frames without a long gap."""
     at = np.flatnonzero(trusted)
     stretches = np.split(at, np.flatnonzero(np.diff(t[at]) > numbers.MAX_HEADING_GAP) + 1)
     kept = np.zeros(len(t), dtype=bool)
@@ -192,7 +194,7 @@ def _longest_stretch(t: Floats, trusted: Flags) -> Flags:
 def fit_heading_curve(
     views: HeadingViews, t: Floats, speed: Floats, known: KnownHeading | None = None
 ) -> HeadingCurve | None:
-    """The heading curve that fits all pictures best.
+    """Fit the heading curve to all pictures.
 
     Parameters
     ----------
@@ -215,19 +217,19 @@ def fit_heading_curve(
         counts = np.append(1.0, counts)
     theta = _steady_rotation(times, waves, t, speed, known)
     theta = theta + _drift(times, waves, theta)
-    # How much more a deviation from the curve would cost at each time: (n, angles)
+    # Additional cost of a deviation from the curve at each time: (n, angles)
     excess = _cost_at(waves, theta[:, None] + _ANGLES) - _cost_at(waves, theta)[:, None]
     rotation = float(np.abs(np.diff(theta)).sum()) / numbers.INDEPENDENT_VIEW
     independent = numbers.MIN_INDEPENDENT_VIEWS + min(np.ptp(times), rotation)
     own = slice(0 if known is None else 1, None)
     seen = excess[own]
     if len(seen) >= 2 * numbers.MIN_HEADING_VIEWS:
-        by_others = _foretold(times, waves, t, speed, known)
+        by_others = _predicted_headings(times, waves, t, speed, known)
         seen = _cost_at(waves, by_others[:, None] + _ANGLES) - _cost_at(waves, by_others)[:, None]
         seen = seen[own]
     others = [seen.mean(axis=1)]  # any heading
     if known is None:
-        others.append(seen[:, 0])  # turned round
+        others.append(seen[:, 0])  # reversed
     if not all(_is_clear(other, counts[own], independent) for other in others):
         return None
     near = np.abs(times[:, None] - times) <= numbers.HEADING_NEIGHBOURS
@@ -239,7 +241,7 @@ def fit_heading_curve(
 
 
 def _is_clear(excess: Floats, counts: Floats, independent: float) -> bool:
-    """Return whether pictures cost clearly more at one heading than at another.
+    """Return whether one heading costs clearly more than another.
 
     Parameters
     ----------
@@ -252,16 +254,16 @@ def _is_clear(excess: Floats, counts: Floats, independent: float) -> bool:
     return bool(mean >= numbers.CLEAR_HEADING * spread / np.sqrt(independent))
 
 
-def _foretold(
+def _predicted_headings(
     times: Floats,
     waves: NDArray[np.complex128],
     t: Floats,
     speed: Floats,
     known: KnownHeading | None,
 ) -> Floats:
-    """The heading at each picture by every other one without it, (n,) [rad].
+    """Predict the heading at each picture from the others, (n,) [rad].
 
-    A curve through pictures that show nothing fits them too; those left out it does not.
+    A curve through uninformative pictures fits them, but does not predict excluded ones.
     """
     found = np.empty(len(times))
     for first in (0, 1):
@@ -279,7 +281,7 @@ def _foretold(
 def _counts(times: Floats, t: Floats, speed: Floats) -> Floats:
     """Return the weight of each picture, (n,).
 
-    All pictures of a stone that hardly moves repeat each other's faults, and together count as one.
+    All pictures of a stone that hardly moves have common errors, and together count as one.
     """
     way = np.concatenate([[0.0], np.cumsum(np.diff(t) * (speed[1:] + speed[:-1]) / 2)])
     place = np.floor(np.interp(times, t, way) / numbers.REPEATED_WAY)
@@ -287,7 +289,7 @@ def _counts(times: Floats, t: Floats, speed: Floats) -> Floats:
 
 
 def _waves_of(views: HeadingViews, counts: Floats) -> NDArray[np.complex128]:
-    """The waves by which what each heading costs is added up, (n, waves)."""
+    """Return the Fourier coefficients of the cost of each heading, (n, waves)."""
     cost = np.array(views.cost) * counts[:, None]
     waves = np.fft.rfft(cost, axis=1)[:, : numbers.HEADING_WAVES + 1] / cost.shape[1]
     waves[:, 1:] *= 2
@@ -296,7 +298,7 @@ def _waves_of(views: HeadingViews, counts: Floats) -> NDArray[np.complex128]:
 
 
 def _seen_near(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> SeenHeadings:
-    """The heading near a curve that fits each picture best."""
+    """Return the best heading of each picture near a curve."""
     off = np.linspace(-numbers.HEADING_MATCH, numbers.HEADING_MATCH, 29)
     cost = _cost_at(waves, theta[:, None] + off)
     at = np.argmin(cost, axis=1)
@@ -335,7 +337,7 @@ def _steady_rotation(
         rate = np.where(share > 0.02, share**power, 0.0)
         swept = np.concatenate([[0.0], np.cumsum(np.diff(t) * (rate[1:] + rate[:-1]) / 2)])
         way = np.interp(times, t, swept)
-        # A few at a time, so that their numbers stay in the fastest memory.
+        # A few at a time, so that their data stay in the fastest memory.
         for spins in np.array_split(numbers.SPINS_TRIED, len(numbers.SPINS_TRIED) // 2):
             turned = np.exp(1j * spins[:, None] * way)
             total = np.empty((len(spins), numbers.HEADING_WAVES + 1), dtype=complex)
@@ -355,7 +357,7 @@ def _steady_rotation(
 def _drift(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> Floats:
     """Return the slow drift of the heading from a steady rotation, (n,) [rad].
 
-    It is the most likely random walk through the pictures, by dynamic programming.
+    It is the most likely random walk, by dynamic programming.
     """
     own = _cost_at(waves, theta[:, None] + _ANGLES)
     step = np.angle(np.exp(1j * (_ANGLES[:, None] - _ANGLES)))  # [now, before]
@@ -371,11 +373,11 @@ def _drift(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> Float
         at = int(back[at])
         chosen.append(at)
     drift = np.unwrap(_ANGLES[chosen[::-1]])
-    # The grid of angles would make it jump: an average over neighbours smooths that.
+    # An average over neighbours smooths the steps of the grid of angles.
     return _bell_mean(times, drift)
 
 
 def _bell_mean(t: Floats, values: Floats) -> Floats:
-    """The mean of values (n,) around each time, the nearest of which count most."""
+    """Return the mean of values (n,) around each time, the nearest of which count most."""
     bell = np.exp(-0.5 * ((t[:, None] - t) / (numbers.HEADING_NEIGHBOURS / 4)) ** 2)
     return bell @ values / bell.sum(axis=1)

@@ -1,4 +1,6 @@
-"""The look of a stone in the sampled frames, and the lens by it where the paint leaves it open."""
+"""Appearance of a stone in the sampled frames, and the lens from it if the paint does not determine
+it.
+"""
 
 from __future__ import annotations
 
@@ -16,11 +18,11 @@ from friction_estimation.appearance import (
     StoneModel,
     clear_surroundings,
     crops_at,
+    explained_crops,
     fill_hidden,
     heading_costs,
     learn_appearance,
     measure_occluded,
-    those_explained,
     unexplained_share,
 )
 from friction_estimation.camera.camera import Camera
@@ -39,22 +41,23 @@ from friction_estimation.tracking.measuring.heading import (
 )
 
 _ROUNDS = 2
-"""Most times a look is learnt, each without the pictures that the last one did not explain."""
+"""Maximum number of times an appearance is estimated, each without the pictures that the last one
+did not explain."""
 _VIEW_STEP = 0.2
-"""Time between the pictures of a stone that someone is near [s]."""
+"""Time between the pictures of a stone with people near it [s]."""
 _LEAST_VISIBLE = 0.45
-"""Least share of a stone that such a picture must show."""
+"""Minimum visible share of a stone in such a picture."""
 _LEAST_ALONE = 3
-"""Fewest pictures of a stone that nothing touches by which its look is first learnt."""
+"""Minimum number of pictures of an unoccluded stone for the first estimate of its appearance."""
 _APART = 1.0
-"""Places at which a stone is seen differently are this far apart [m]."""
+"""Minimum distance between places from which a stone looks different [m]."""
 _PARTS, _FROM_EACH = 10, 2
-"""Parts of a path, and the number of clearest pictures that are taken from each."""
+"""Number of parts of a path, and of the clearest pictures from each."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SeenStone:
-    """A stone in the sampled frames.
+    """Stone in the sampled frames.
 
     Parameters
     ----------
@@ -76,17 +79,17 @@ class SeenStone:
     def crops(
         self, camera: Camera, windows: Mapping[float, PixelWindow] | None = None
     ) -> list[Crop]:
-        """Clear pictures of the stone, placed as a camera sees them; see `crops_at`."""
+        """Return clear pictures of the stone for a camera; see `crops_at`."""
         kept = np.array([t in self.sample for t in self.path.t.tolist()])
         kept &= self.path.likeness >= numbers.MIN_LEARNING_LIKENESS
-        kept &= self.path.t > self.path.released  # before, a hand or a shoe may be taken for it
+        kept &= self.path.t > self.path.released  # earlier, a hand or a shoe may be mistaken for it
         clear = np.flatnonzero(kept)
         alone = np.flatnonzero(kept & self.path.alone)
-        # At one place alone, a stone does not show its profile.
+        # A single position does not show the profile of a stone.
         if self.people and len(alone) >= _LEAST_ALONE and _extent(self.path.xy[alone]) > _APART:
             clear = alone
         before = clear[self.path.t[clear] < min(self.path.contacts, default=np.inf)]
-        if len(before) >= numbers.LEAST_CLEAR:  # later the ice around it may be another
+        if len(before) >= numbers.LEAST_CLEAR:  # later the ice around it may have changed
             clear = before
         clear = clear[_spread(self.path.xy[clear])]
         places = self.path.seen_by(self.found_by, camera, self.model).xy
@@ -106,9 +109,10 @@ class SeenStone:
 
 
 def _spread(xy: Floats) -> Integers:
-    """Return indices of places (n, 2) that suffice to learn a look, spread over way and time.
+    """Return indices of places (n, 2) for the estimation of an appearance, spread over path and
+    time.
 
-    A stone far away fills few frames and one at rest fills many, which repeat each other's faults.
+    A distant stone has few frames, and one at rest has many, whose errors are common.
     """
     if not len(xy):
         return np.arange(0)
@@ -119,7 +123,7 @@ def _spread(xy: Floats) -> Integers:
 
 
 def crowded(path: CoarsePath, seen: Detections, camera: Camera) -> bool:
-    """Return whether something larger is near a path whose stone is not nearly always alone.
+    """Return whether a larger object is near a path whose stone is not nearly always alone.
 
     Parameters
     ----------
@@ -145,13 +149,14 @@ def crowded(path: CoarsePath, seen: Detections, camera: Camera) -> bool:
     return len(near) >= numbers.FRAMES_WITH_PEOPLE
 
 
-def learnt(
+def learn_look(
     stone: SeenStone, camera: Camera, film: SteadyFilm
 ) -> tuple[Appearance, Sequence[Crop]] | None:
-    """The look of a stone, and the crops that show it; None where it is nowhere wholly in view.
+    """Estimate the appearance of a stone, and return the crops that show it; None if it is nowhere
+    completely in view.
 
-    Where someone is near it, the first look has parts of them in it. What that explains best is
-    then looked for in more pictures, and the look is learnt from these.
+    If people are near, the first appearance includes parts of them. The pictures that it explains
+    best are then selected from more frames, and the appearance is estimated from these.
 
     Parameters
     ----------
@@ -165,7 +170,7 @@ def learnt(
     noise = stone.background.noise
     look = learn_appearance(crops, stone.model, noise, try_others=not stone.people)
     for _ in range(_ROUNDS):
-        like = those_explained(crops, look)
+        like = explained_crops(crops, look)
         if len(like) == len(crops):
             break
         crops = like
@@ -194,7 +199,7 @@ def _views(
     look: Appearance,
     heading: HeadingCurve | None,
 ) -> list[tuple[float, Crop]]:
-    """Crops of all frames that show a stone, with the share of each that its look leaves open."""
+    """Return crops of all frames that show a stone, with the unexplained share of each."""
     found: list[tuple[float, Crop]] = []
     channels, origin = stone.background.channels, stone.background.origin_px
     for t, frame in frames:
@@ -208,14 +213,14 @@ def _views(
         for crop in crops_at([frame], [t], [fit.xy], channels, origin, camera, stone.model):
             clear_surroundings(crop, camera, stone.model)
             crop.pose = np.array([*fit.xy, fit.theta if look.has_handle else 0.0])
-            found.append((left_open([crop], look, stone.background.strong_grain), crop))
+            found.append((unexplained_by_look([crop], look, stone.background.strong_grain), crop))
     return found
 
 
-def left_open(crops: Sequence[Crop], look: Appearance, grain: float = 0.0) -> float:
-    """Share of the difference from bare ice that a look leaves unexplained, 0 to 1.
+def unexplained_by_look(crops: Sequence[Crop], look: Appearance, grain: float = 0.0) -> float:
+    """Unexplained share of the difference from bare ice, 0 to 1.
 
-    By the noise that is learnt with a look, one that explains little would seem to leave little.
+    It does not depend on the fitted noise, with which a poor appearance would seem to leave little.
 
     Parameters
     ----------
@@ -226,7 +231,9 @@ def left_open(crops: Sequence[Crop], look: Appearance, grain: float = 0.0) -> fl
 
 
 def _clearest(seen: Sequence[tuple[float, Crop]]) -> list[Crop]:
-    """The clear crops of every part of a path; the clearest of all of it where these are few."""
+    """Return the clear crops of every part of a path; the clearest of the whole path if these are
+    few.
+    """
     ordered = sorted(range(len(seen)), key=lambda k: seen[k][0])
     part = np.arange(len(seen)) * _PARTS // len(seen)
     count = np.zeros(_PARTS, dtype=int)
@@ -248,7 +255,8 @@ def _extent(xy: Floats) -> float:
 def heading_of(
     crops: Sequence[Crop], appearance: Appearance, path: CoarsePath
 ) -> HeadingCurve | None:
-    """The heading that the pictures agree on that taught the look; None where they are few.
+    """Return the heading of the pictures from which the appearance was estimated; None if they are
+    few.
 
     Parameters
     ----------
@@ -270,7 +278,9 @@ def heading_of(
 
 
 def with_focal(refined: RefinedCamera, scene: Scene, stones: Sequence[SeenStone]) -> RefinedCamera:
-    """The camera with the focal length that the paint leaves open, from pictures of stones."""
+    """Return the camera with its focal length from pictures of stones, if the paint does not
+    determine it.
+    """
     stones = [stone for stone in stones if stone.crops(refined.camera)]
     if refined.log_focal_sigma <= numbers.OPEN_FOCAL_SIGMA or not stones:
         return refined
@@ -279,7 +289,7 @@ def with_focal(refined: RefinedCamera, scene: Scene, stones: Sequence[SeenStone]
     def at_focal(change: float) -> RefinedCamera | None:
         return refine_at_focal(refined, scene, background.image, background.origin_px, change)
 
-    # Heights are compared on the same pixels: those in which the stone is seen from low down.
+    # Heights are compared on the same pixels: those of the stone in the lowest view.
     low = at_focal(float(np.log(numbers.LOW_HEIGHT / refined.camera.position[2])))
     reach = refined.camera if low is None else low.camera
     seen = [stone.crops(reach) or stone.crops(refined.camera) for stone in stones]

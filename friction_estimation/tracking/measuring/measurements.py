@@ -1,4 +1,4 @@
-"""Measurements of one stone, frame by frame, with what its pictures show of its heading."""
+"""Measurements of one stone, frame by frame, with the headings of its pictures."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Measurements:
         appearance: Appearance,
         others: Sequence[PosedStone] = (),
     ) -> Crop | None:
-        """Add a frame: its time, what was measured, and now and then what the handle shows.
+        """Add a frame: its time, the measurement, and for some frames the view of the handle.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""The other stones on the sheet: where they rest, what they look like, and the ice beneath them."""
+"""The other stones on the sheet: positions, appearances, and the ice beneath them."""
 
 # OpenCV's stubs widen the element type of every array that they return.
 # pyright: reportArgumentType=false, reportCallIssue=false
@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from curling_env.sheet import TEE_Y
 from curling_env.typing import Flags, Floats, Image
 from friction_estimation.appearance import (
     Appearance,
@@ -30,18 +31,18 @@ from friction_estimation.tracking.measuring.own_look import own_look
 _SHADOW = 0.12
 """Width of the ring around a stone that its shadow may darken [m]."""
 _PICTURES = 9
-"""Frames from which the picture of a resting stone is made."""
+"""Number of frames for the picture of a resting stone."""
 _LEAST_PICTURES = 3
-"""Fewest frames that show the ice beneath a stone once it has left."""
-_TEE, _HOUSE = 17.3735, 2.0
-"""Distance of a tee from mid-sheet, and radius within which its paint is round [m]."""
+"""Minimum number of frames that show the ice beneath a stone after it has left."""
+_HOUSE = 2.0
+"""Radius around a tee within which its paint is round [m]."""
 _TURNS, _MOVES = 24, (-1.2, -0.9, -0.6, 0.6, 0.9, 1.2)
-"""Numbers of turns about the tee, and ways along the sheet [m], to where ice is painted alike."""
+"""Rotations about the tee [turns], and shifts along the sheet [m], to ice with the same paint."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RestingStone:
-    """A stone that rests when the film begins.
+    """Stone at rest at the beginning of the film.
 
     Parameters
     ----------
@@ -57,7 +58,7 @@ class RestingStone:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OtherStone:
-    """A resting stone, measured where it rests.
+    """Measured resting stone.
 
     Parameters
     ----------
@@ -86,10 +87,10 @@ def bare_ice(
     stones: Sequence[RestingStone],
     paths: Sequence[CoarsePath],
 ) -> Background:
-    """The background without some stones that rest on it.
+    """Return the background without some stones that rest on it.
 
-    Where a stone has left, its ice is the median of the frames after that; elsewhere it is filled
-    in from around the stone.
+    If a stone leaves, its ice is the median of the frames after that; otherwise it is filled in
+    from its surroundings.
 
     Parameters
     ----------
@@ -131,12 +132,13 @@ def bare_ice(
 def _like_ice(
     px: Floats, camera: Camera, image: Floats, origin: tuple[int, int], covered: Flags
 ) -> Floats:
-    """The colour (n, 3) of ice that is painted like that of pixels (n, 2).
+    """Return the colour (n, 3) of ice with the same paint as at pixels (n, 2).
 
-    A house is the same all round its tee, and elsewhere the ice is the same along the sheet.
+    A house is rotationally symmetric about its tee, and elsewhere the ice is uniform along the
+    sheet.
     """
     xy = camera.on_plane(px, 0.0)
-    tee = np.array([0.0, np.copysign(_TEE, xy[:, 1].mean())])
+    tee = np.array([0.0, np.copysign(TEE_Y, xy[:, 1].mean())])
     from_tee = xy - tee
     turned = []
     for angle in np.linspace(0.0, 2 * np.pi, _TURNS, endpoint=False)[1:]:
@@ -159,7 +161,7 @@ def _like_ice(
 def _footprint(
     camera: Camera, model: StoneModel, xy: Floats, shape: tuple[int, int], origin: tuple[int, int]
 ) -> Flags:
-    """The pixels (rows, columns) of the background that a stone or its shadow may change."""
+    """Return the pixels (rows, columns) of the background that a stone or its shadow may change."""
     mask = np.zeros(shape, dtype=np.uint8)
     wide = replace(model, radius=model.radius + _SHADOW)
     outline = wide.outline_px(camera, xy)
@@ -176,7 +178,7 @@ def known_others(
     thrown: Appearance,
     path: CoarsePath,
 ) -> list[OtherStone]:
-    """The resting stones that can be measured.
+    """Return the resting stones that can be measured.
 
     Parameters
     ----------
@@ -212,7 +214,7 @@ def measured_at_rest(
     thrown: Appearance,
     beside: Sequence[PosedStone],
 ) -> OtherStone | None:
-    """The look and the place of a resting stone; None where it cannot be measured.
+    """Return appearance and position of a resting stone; None if it cannot be measured.
 
     Parameters
     ----------
@@ -235,7 +237,7 @@ def measured_at_rest(
     if rough is None or np.hypot(*(rough.xy - stone.xy)) > 2 * thrown.model.radius:
         return None
     crops = crops_at([whole], [0.0], [rough.xy], channels, origin, camera, thrown.model)
-    if not crops:  # its rim is not wholly in the picture, and its colours cannot be learnt
+    if not crops:  # its rim is not completely in the picture, and its colours cannot be estimated
         seen = rough.visible >= numbers.LEAST_RESTING_VISIBLE
         return OtherStone(rests=stone, look=body, fit=rough, heading=np.nan) if seen else None
     found = own_look(crops[0], thrown)

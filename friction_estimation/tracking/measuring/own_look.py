@@ -1,4 +1,4 @@
-"""The look of another stone on the sheet: shaped like the thrown one, in different colours."""
+"""Appearance of another stone on the sheet: the shape of the thrown one, in different colours."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from friction_estimation.tracking import numbers
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OwnLook:
-    """The look of a stone, as its pictures show it.
+    """Appearance of a stone in its pictures.
 
     Parameters
     ----------
@@ -41,10 +41,10 @@ class OwnLook:
 
 
 def own_look(crop: Crop, thrown: Appearance, hidden: Flags | None = None) -> OwnLook:
-    """The look of the stone in a picture, with its heading.
+    """Estimate the appearance of the stone in a picture, with its heading.
 
-    All stones are of like granite, and no handle is brighter or more colourful than film can show:
-    else the colours of a handle that is painted the wrong way round would explain the picture.
+    All stones have similar granite, and the colours of handles are limited to those that film can
+    show: otherwise the colours of a reversed handle could explain the picture.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def coloured(
 
 
 def _usual(thrown: Appearance) -> tuple[Floats, Floats]:
-    """The colours that a stone has, and how much they differ from stone to stone, each (5, 3)."""
+    """Mean and standard deviation of a stone's colours, each (5, 3)."""
     usual = thrown.colours.copy()
     spread = np.tile(np.array(numbers.GRANITE_SPREAD), (len(PARTS), 1))
     usual[HANDLE], spread[HANDLE] = numbers.USUAL_HANDLE, numbers.HANDLE_SPREAD
@@ -127,7 +127,7 @@ def _usual(thrown: Appearance) -> tuple[Floats, Floats]:
 
 
 def _filmable(colour: Floats) -> Floats:
-    """The nearest colour that a film can show: no more than white, no less than black."""
+    """Return the nearest colour that a film can show, between black and white."""
     blue, red = np.clip(blue_and_red(colour), 0.0, 255.0).tolist()
     green = float(np.clip(green_beside(float(colour[0]), blue, red), 0.0, 255.0))
     return channels_of_colour(blue, green, red)

@@ -1,4 +1,4 @@
-"""A film to show: the outline, path and speed of the stone in it, and a map of the sheet."""
+"""Overlay on a film: outline, path and speed of the stone, and a map of the sheet."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def draw_stills(
 
 
 class _Overlay:
-    """Draws a track into the frames of its film, which come in order."""
+    """Overlay of a track on the frames of its film, in order."""
 
     def __init__(
         self,
@@ -114,7 +114,7 @@ class _Overlay:
         self._numbers = RunningNumbers(track, units)
         self._scale = min(1.0, largest / max(film_size))
         size = film_size
-        if self._scale < 1:  # codecs want even sides
+        if self._scale < 1:  # codecs require even sides
             width, height = (2 * round(self._scale * side / 2) for side in film_size)
             size = (width, height)
         self.size = size
@@ -132,7 +132,7 @@ class _Overlay:
         self._until = 0
 
     def draw(self, frame: Image, index: int, t: float) -> Image:
-        """The frame, without the sway of the camera, with everything drawn into it."""
+        """Draw everything into a stabilised frame."""
         if self._track.stabiliser is not None:
             frame = self._track.stabiliser.stabilised(frame)
         if self._scale < 1:
@@ -238,7 +238,9 @@ class _Overlay:
         cv2.circle(image, centre, round(16 * radius), colour, 2, cv2.LINE_AA, 4)
 
     def _map_lies_flat(self, shape: tuple[int, ...]) -> bool:
-        """Return whether the map goes to the lower edge: at the right it would cover the ice."""
+        """Return whether the map is at the lower edge, because at the right it would cover the
+        ice.
+        """
         return bool(np.nanmax(self._sheet_px[:, 0]) > 0.9 * shape[1])
 
     def _draw_numbers(self, frame: Image, row: int | None, until: int, t: float) -> None:
@@ -283,7 +285,7 @@ class _Overlay:
 
 
 def _row_at(track: FilmTrack, index: int) -> int | None:
-    """The row of a frame, or of the last one before it; None before the first."""
+    """Return the row of a frame, or of the last one before it; None before the first."""
     row = int(np.searchsorted(track.frame, index, side="right")) - 1
     return row if row >= 0 else None
 

@@ -1,4 +1,4 @@
-"""Lines of an overlay about a throw while it runs, in a coach's words."""
+"""Lines of an overlay about a running throw, in a coach's words."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from friction_estimation.tracks.tuning import MIN_MOVING_SPEED, MIN_TURN
 
 
 class RunningNumbers:
-    """The numbers of a throw, each from the moment on at which it is known.
+    """Numbers of a throw, each from the moment at which it is known.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""From a stone's measurements to its track: smoothed places, headings and standard errors."""
+"""From a stone's measurements to its track: smoothed positions, headings and standard errors."""
 
 from __future__ import annotations
 
@@ -41,21 +41,20 @@ from friction_estimation.tracking.smoothing.smoother import (
 from friction_estimation.tracking.smoothing.uncertainty import (
     block_sigma,
     heading_sigma,
-    hidden_for_long,
     hidden_sigma,
+    smoothed_occlusion,
     systematic_sigma,
-    unseen_way,
+    unseen_displacement,
 )
 
 
 def assemble_all(
     thrown: Follower, hit: Sequence[Follower], others: Sequence[OtherStone], refined: RefinedCamera
 ) -> FilmTrack | None:
-    """The tracks of all stones, the thrown one with the others beside it.
+    """Return the tracks of all stones, the thrown one with the others.
 
     The others are numbered along the sheet in the direction of the throw. A stone that was hit has
-    rows from the contact on; one that nothing touched has one in the first and one in the last
-    frame.
+    rows from the contact on; an untouched one has one in the first and one in the last frame.
 
     Returns
     -------
@@ -121,7 +120,7 @@ def _contacts(
 
 
 def without_before(measured: Measurements, time: float) -> Measurements:
-    """The same frames without the measurements before a time [s]."""
+    """Return the same frames without the measurements before a time [s]."""
     fits = [fit if t >= time else None for t, fit in zip(measured.t, measured.fits, strict=True)]
     return replace(measured, fits=fits, views=measured.views.between(time, np.inf))
 
@@ -129,7 +128,7 @@ def without_before(measured: Measurements, time: float) -> Measurements:
 def at_rest(
     other: OtherStone, ends: tuple[float, float], frames: int, refined: RefinedCamera
 ) -> FilmTrack:
-    """The track of a stone that nothing touched.
+    """Return the track of an untouched stone.
 
     Parameters
     ----------
@@ -205,7 +204,7 @@ def assemble(
         place = place + appearance.uncertainty.shift_at(place)
     theta, spin, sigma_theta = _headings(measured, t, fits, path, ages.whole, appearance, contacts)
     sigma_theta = np.hypot(sigma_theta, heading_sigma(camera, place, model))
-    unseen = np.hypot(unseen_way(t, path.velocity, ages.rim), ages.dropped)
+    unseen = np.hypot(unseen_displacement(t, path.velocity, ages.rim), ages.dropped)
     unseen = np.hypot(unseen, block_sigma(single, ages.repeated))[kept]
     common = systematic_sigma(
         refined,
@@ -213,7 +212,7 @@ def assemble(
         model,
         unseen,
         appearance.uncertainty,
-        hidden_for_long(t[kept], hidden[kept]),
+        smoothed_occlusion(t[kept], hidden[kept]),
     )
     noise = np.sqrt((path.sigma[kept] ** 2).mean(axis=1))
     trajectory = Trajectory(
@@ -285,7 +284,9 @@ def _headings_between(
     age: Floats,
     known: KnownHeading | None,
 ) -> tuple[Floats, Floats, Floats] | None:
-    """Heading, spin and standard error of a stretch; None where the pictures show no heading."""
+    """Return heading, spin and standard error of a stretch; None if the pictures show no
+    heading.
+    """
     curve = fit_heading_curve(views, t, speed, known)
     if curve is None:
         return None
@@ -312,7 +313,7 @@ def _headings_between(
     expected = curve.at(t)
     off = np.angle(np.exp(1j * (value - expected)))
     found = (away <= numbers.MAX_HEADING_GAP / 2) & (np.abs(off) < numbers.HEADING_MATCH) & ~stale
-    # Where single frames scatter more than the curve is off, the curve is the better of the two.
+    # If single frames scatter more than the error of the curve, the curve is used.
     miss = np.angle(np.exp(1j * (theta - expected)))[seen]
     scatter = float(np.median(np.abs(miss))) / 0.6745
     drift = numbers.HEADING_DRIFT

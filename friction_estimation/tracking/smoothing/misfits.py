@@ -1,8 +1,9 @@
-"""Measurements that no stone sliding alone explains: jumps of velocity, and places off any path.
+"""Measurements that contradict a freely sliding stone: jumps of velocity, and positions off any
+path.
 
-Where the smoothed path does not fit, the velocity may have jumped: the stone hit something that is
-not seen. Where no jump explains it either, something beside the stone was measured in its place, or
-an old picture of it that a codec left behind.
+If the smoothed path does not fit, the velocity may have jumped, because the stone hit an unseen
+object. If no jump explains the misfit either, another object was measured instead of the stone, or
+an old picture of it that a codec repeated.
 """
 
 from __future__ import annotations
@@ -17,14 +18,14 @@ from friction_estimation.tracking import numbers
 from friction_estimation.tracking.smoothing.smoother import Smoothing, SmoothPath
 
 _TRIED = 16
-"""Most times of a jump that are tried at first."""
+"""Maximum number of initially tried times of a jump."""
 _TURNS = 3
-"""Rounds in which the time of a jump is sought, each about four times as finely."""
+"""Number of rounds of the search for the time of a jump, each about four times as fine."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Misfit:
-    """A stretch in which the measurements of a stone are off its path.
+    """Stretch in which the measurements of a stone are off its path.
 
     Parameters
     ----------
@@ -39,15 +40,15 @@ class Misfit:
     @property
     def words(self) -> str:
         return (
-            f"from {self.first:.1f} to {self.last:.1f} s its places are up to {self.by:.2f} m off "
-            "the path of a sliding stone: something beside it may have been taken for it"
+            f"from {self.first:.1f} to {self.last:.1f} s it is up to {self.by:.2f} m off the path "
+            "of a sliding stone: another object may have been tracked"
         )
 
 
 def smoothed_with_jump(
     smoothed: Smoothing, released: float = -np.inf
 ) -> tuple[SmoothPath, float | None]:
-    """The smoothed path, with a jump of its velocity where that makes it far likelier.
+    """Return the smoothed path, with a jump of its velocity if that is far more likely.
 
     Parameters
     ----------
@@ -62,7 +63,7 @@ def smoothed_with_jump(
     t = plain.t[plain.weight > 0]
     bad = t[_is_off(plain)[plain.weight > 0]]
     moments = ((t[1:-2] + t[2:-1]) / 2)[t[1:-2] > released]
-    # A jump before or after a few measurements would explain any error of these.
+    # A jump near either end would explain any error of the few measurements there.
     low, high = t[0] + numbers.MISFIT_AROUND, t[-1] - numbers.MISFIT_AROUND
     moments = moments[(moments > low) & (moments < high)]
     if len(bad):
@@ -87,7 +88,9 @@ def smoothed_with_jump(
 
 
 def misfits(path: SmoothPath) -> list[Misfit]:
-    """Stretches in which the measurements are off a path by more than a stone's ever are."""
+    """Return stretches in which the measurements are off a path by more than those of a stone can
+    be.
+    """
     at = np.flatnonzero(_is_off(path))
     if not len(at):
         return []
@@ -115,7 +118,9 @@ def _deceleration(path: SmoothPath) -> Floats:
 
 
 def left_behind(path: SmoothPath) -> int | None:
-    """The row from which on a path slows down more than ice slows a stone; None if none does."""
+    """Return the row from which on a path decelerates more than ice can explain; None without
+    one.
+    """
     way = np.abs(path.place[:, 1] - path.place[0, 1])
     fast = np.flatnonzero(
         (_deceleration(path) > numbers.MOST_DECELERATION) & (way > numbers.OUT_OF_HAND)
@@ -124,7 +129,7 @@ def left_behind(path: SmoothPath) -> int | None:
 
 
 def misfit_sigma(path: SmoothPath, off: Sequence[Misfit], behind: int | None) -> Floats:
-    """Standard error of each coordinate by what no stone does alone, (n,) [m]."""
+    """Standard error of each coordinate due to misfits, (n,) [m]."""
     sigma = np.zeros(len(path.t))
     for one in off:
         sigma[(path.t >= one.first) & (path.t <= one.last)] = numbers.MISFIT_ERROR * one.by
@@ -138,11 +143,11 @@ def misfit_sigma(path: SmoothPath, off: Sequence[Misfit], behind: int | None) ->
 
 
 def loss_in_words(path: SmoothPath, jump: float | None, behind: int | None) -> Iterator[str]:
-    """A loss of more speed than ice takes, at once or while the track stays behind."""
+    """Describe a loss of speed that ice does not explain, sudden or while the track lags behind."""
     if behind is not None:
         yield (
             f"from {path.t[behind]:.1f} s on it slows down more than ice slows a stone: the track "
-            "may have stayed behind"
+            "may lag behind the stone"
         )
     if jump is None:
         return
@@ -152,13 +157,13 @@ def loss_in_words(path: SmoothPath, jump: float | None, behind: int | None) -> I
     way = abs(path.place[after, 1] - path.place[0, 1])
     if loss > numbers.SUDDEN_LOSS and way > numbers.OUT_OF_HAND:
         yield (
-            f"at {jump:.1f} s it loses speed as if it hit a stone, and none is found there: from "
-            "then on the track may be that of another stone"
+            f"at {jump:.1f} s it loses speed as if it hit a stone, but no stone is found there: "
+            "from then on the track may be of another stone"
         )
 
 
 def misfits_in_words(off: Sequence[Misfit], contacts: Sequence[float]) -> Iterator[str]:
-    """Long misfits, except those at a contact."""
+    """Describe long misfits, except those at a contact."""
     for one in off:
         at_contact = any(one.first - 1 < c < one.last + 1 for c in contacts)
         if one.last - one.first > numbers.MISFIT_REPORTED and not at_contact:
@@ -166,7 +171,7 @@ def misfits_in_words(off: Sequence[Misfit], contacts: Sequence[float]) -> Iterat
 
 
 def _is_off(path: SmoothPath) -> Flags:
-    """Return where measurements are far off a path, by its other measurements, (n,)."""
+    """Return which measurements are far off a path through the others, (n,)."""
     seen = path.weight > 0
     near = np.abs(path.t[:, None] - path.t[seen]) <= numbers.MISFIT_AROUND
     square = near @ path.off[seen] ** 2 / np.maximum(near.sum(axis=1), 1)

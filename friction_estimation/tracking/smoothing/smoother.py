@@ -1,4 +1,4 @@
-"""One path from all measurements of a stone: the motion model run forward and backward."""
+"""Smoothed path from all measurements of a stone: the motion model run forward and backward."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from friction_estimation.tracking import numbers
 from friction_estimation.tracking.association.motion import filtered, smoothed_back
 
 _PASSES = 5
-"""Rounds of weights, scale and direction."""
+"""Number of rounds for weights, scale and direction."""
 _SAME = 1e-6
-"""A contact this near to a frame is in the frame [s]."""
+"""Maximum time between a contact and a frame in which it counts [s]."""
 _LEAST_SPEED = 0.1
-"""A slower stone keeps the direction that it had [m/s]."""
+"""Minimum speed for a change of direction [m/s]."""
 _REST_CANDIDATES = 9
-"""Times of rest that are compared at once."""
+"""Number of times of rest that are compared at once."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,7 +46,7 @@ class SmoothPath:
 
     @property
     def unlikelihood(self) -> float:
-        """Negative log likelihood of the measurements around the path, up to a constant."""
+        """Negative log likelihood of the measurements about the path, up to a constant."""
         used = self.weight[self.weight > 0]
         unlikely = -0.5 * (numbers.STUDENT_FREEDOM + 2) * np.log(used) + 2 * np.log(self.scale)
         return float(unlikely.sum())
@@ -65,7 +65,7 @@ class SmoothPath:
 
 
 Smoothing = Callable[..., SmoothPath]
-"""Smooths the measurements of a stone whose velocity jumps at some times [s]."""
+"""Smoother of the measurements of a stone whose velocity jumps at some times [s]."""
 
 
 def smooth_path(
@@ -89,7 +89,7 @@ def smooth_path(
     scaled : whether the standard errors are scaled by the film
     """
     moments = np.array([c for c in contacts if t[0] < c < t[-1] and np.abs(t - c).min() > _SAME])
-    if len(moments):  # the velocity jumps then, and not when the next frame is taken
+    if len(moments):  # the velocity jumps then, not at the next frame
         rows = len(t)
         t = np.concatenate([t, moments])
         order = np.argsort(t)
@@ -206,7 +206,7 @@ class _States:
         self.rests = n
 
     def head(self, velocity: Floats) -> None:
-        """Set what acceleration is expected, by the velocity (n, 2) [m/s]."""
+        """Set the expected acceleration from the velocity (n, 2) [m/s]."""
         self._velocity = velocity
         speed = np.hypot(*velocity.T)
         fast = np.flatnonzero(speed > _LEAST_SPEED)
@@ -225,7 +225,7 @@ class _States:
             self._sigma[:] = numbers.CURL_SIGMA
 
     def settle(self, variance: Floats, turn: int) -> None:
-        """Set the frame in which it comes to rest, the most likely by the measurements."""
+        """Set the most likely frame in which it comes to rest."""
         n = len(self._t)
         if turn == 0:
             return

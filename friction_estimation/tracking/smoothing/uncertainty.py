@@ -1,7 +1,7 @@
-"""Systematic errors of a track: how far the camera and the stone's outline may misplace all of it.
+"""Systematic errors of a track: displacements by the camera and the stone's outline.
 
-A smoother sees only noise. Errors of the camera's pose, of the lens and of the outline that was
-learnt for the stone are the same in every frame, so they are propagated to the ice separately.
+A smoother estimates only noise. Errors of the camera's pose, of the lens and of the stone's outline
+are the same in every frame, so they are propagated to the ice separately.
 """
 
 from __future__ import annotations
@@ -45,11 +45,11 @@ def systematic_sigma(
     model : the stone; its size counts
     unseen : (n, 2) way that the pictures may not show because of compression [m]; None: none
     shape : uncertainty of the stone's shape
-    hidden : (n,) share of the stone that something hides, see `hidden_for_long`; None: nothing
+    hidden : (n,) share of the stone that something hides, see `smoothed_occlusion`; None: nothing
     """
     camera, middle = refined.camera, model.height / 2
     variance = camera_variance(refined, xy, middle)
-    # Without paint, the clicked points are all that the camera rests on.
+    # Without paint, the camera depends on the clicked points alone.
     loose_px = 0.0 if refined.measured else CLICK_SIGMA_PX / 2
     small_px = numbers.SMALL_STONE_ERROR_PX / _radius_px(camera, xy, model)
     hidden_px = numbers.HIDDEN_ERROR_PX * np.sqrt(0.0 if hidden is None else hidden)
@@ -64,7 +64,7 @@ def systematic_sigma(
 
 
 def hidden_sigma(camera: Camera, xy: Floats, hidden: Floats, model: StoneModel) -> Floats:
-    """Standard error of each coordinate by what hides a part of a stone, (n, 2) [m].
+    """Standard error of each coordinate due to partial occlusion, (n, 2) [m].
 
     Parameters
     ----------
@@ -78,10 +78,10 @@ def hidden_sigma(camera: Camera, xy: Floats, hidden: Floats, model: StoneModel) 
     return sigma
 
 
-def hidden_for_long(t: Floats, hidden: Floats) -> Floats:
-    """The share of a stone that something hides (n,), as its mean over the frames around each.
+def smoothed_occlusion(t: Floats, hidden: Floats) -> Floats:
+    """Occluded share of a stone (n,), as its mean over the frames around each.
 
-    What hides it goes along with it: its neighbours in time err alike.
+    The occluder moves with the stone, so errors of neighbouring frames are correlated.
     """
     if not hidden.any():
         return hidden
@@ -89,11 +89,11 @@ def hidden_for_long(t: Floats, hidden: Floats) -> Floats:
     return around @ hidden / around.sum(axis=1)
 
 
-def unseen_way(t: Floats, velocity: Floats, age: Floats) -> Floats:
-    """Return the way of a stone since its pixels last changed, (n, 2) [m].
+def unseen_displacement(t: Floats, velocity: Floats, age: Floats) -> Floats:
+    """Return the displacement of a stone since its pixels last changed, (n, 2) [m].
 
-    It slows down as stones do on ice: that it stands still in the picture need not mean that it
-    rests.
+    It is assumed to decelerate as on ice: a stone that does not move in the picture need not be at
+    rest.
 
     Parameters
     ----------
@@ -107,10 +107,10 @@ def unseen_way(t: Floats, velocity: Floats, age: Floats) -> Floats:
 
 
 def block_sigma(single: Floats, repeated: Floats) -> Floats:
-    """Standard error of each coordinate by blocks that a codec did not send, (n, 2) [m].
+    """Standard error of each coordinate due to blocks that a codec did not send, (n, 2) [m].
 
-    Their pixels err together, and follow neither the travel nor the line of sight: the less a stone
-    stands out, and the flatter it is seen, the more it may be misplaced.
+    Errors of their pixels are common, and follow neither the travel nor the line of sight: they
+    increase with low contrast and in low views.
 
     Parameters
     ----------
@@ -137,10 +137,10 @@ def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
 
 
 def _radius_px(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
-    """The stone's largest radius in the picture, (n,) [px]."""
+    """Return the stone's largest radius in the picture, (n,) [px]."""
     return model.radius * np.linalg.norm(camera.px_per_metre(xy, model.height / 2), 2, axis=(1, 2))
 
 
 def _metres_per_px(camera: Camera, xy: Floats, z: float) -> Floats:
-    """The most that each coordinate can change per pixel in the picture, (n, 2) [m]."""
+    """Maximum change of each coordinate per pixel in the picture, (n, 2) [m]."""
     return np.linalg.norm(np.linalg.inv(camera.px_per_metre(xy, z)), axis=2)

@@ -1,4 +1,4 @@
-"""Warnings about the tracks of a film, in words, and the larger errors that they mean."""
+"""Warnings about the tracks of a film, in words, and the corresponding larger errors."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def arrived(
     camera: Camera,
     look: Appearance,
 ) -> list[Floats]:
-    """Places (2,) at which stones lie when the film ends that moved before [m].
+    """Return final resting places (2,) of stones that moved [m].
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def arrived(
 def with_warnings(
     found: FilmTrack, hit: Sequence[Follower], others: Sequence[OtherStone], came: Sequence[Floats]
 ) -> FilmTrack:
-    """The tracks of all stones, with what should be looked at in the film.
+    """Return the tracks of all stones, with warnings about the film.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def with_warnings(
     """
     followed = {id(one.path): one.measured.seen for one in hit}
     warnings = [
-        f"the stone that lay at {place_in_words(one.fit.xy)} left unseen and has no track"
+        f"the stone at {place_in_words(one.fit.xy)} disappeared unseen and has no track"
         for one in others
         if np.isfinite(one.rests.until) and followed.get(id(one.rests.path), 0) < numbers.MIN_FITS
     ]

@@ -16,7 +16,7 @@ import pytest
 
 pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
-from agents.app import Club, WorkQueue, do_job, token_for
+from agents.app import Club, WorkQueue, do_job, jobs, token_for
 from agents.app.application import application
 from curling_env.infrastructure import listening, serving
 
@@ -117,7 +117,7 @@ def work_off() -> Callable[[Club], list[str]]:
 
     def work(club: Club) -> list[str]:
         done: list[str] = []
-        for job in WorkQueue(club).jobs()[::-1]:
+        for job in jobs(club)[::-1]:
             if job.state == "waiting":
                 with club.database.writing() as connection:
                     connection.execute("update job set state = 'running' where id = ?", (job.id,))
@@ -158,8 +158,18 @@ def club(tmp_path: Path) -> Club:
     return Club(tmp_path / "club")
 
 
-@pytest.fixture
-def visitor(club: Club) -> Iterator[Visitor]:
-    """A client that knows the secret; no work is begun."""
+def visitor_of(club: Club) -> Visitor:
     app = application(club, WorkQueue(club), secret=SECRET, hosts=["127.0.0.1", "localhost"])
     return Visitor(app, club=club)
+
+
+@pytest.fixture
+def visitor(club: Club) -> Visitor:
+    """A client that knows the secret; no work is begun."""
+    return visitor_of(club)
+
+
+@pytest.fixture(scope="module")
+def lasting_visitor(tmp_path_factory: pytest.TempPathFactory) -> Visitor:
+    """A client of one club for all tests of a module that only read, or are refused."""
+    return visitor_of(Club(tmp_path_factory.mktemp("club")))

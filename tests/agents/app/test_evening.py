@@ -22,7 +22,7 @@ import pytest
 
 pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
-from agents.app import Club, WorkQueue, add_piece, begin_film, take_film
+from agents.app import Club, add_piece, begin_film, jobs, take_film
 from agents.app.club.club import added
 from agents.app.views.progress import state_of
 from agents.app.views.throws import sheet_seen_live
@@ -271,7 +271,7 @@ def test_a_camera_that_films_now_gives_films_that_are_tracked(tmp_path, filmed, 
     (kept,) = club.films(session)
     assert kept.is_whole
     assert abs(club.path(kept.file).stat().st_size / film.stat().st_size - 1) < 0.5
-    (job,) = WorkQueue(club).jobs(session)
+    (job,) = jobs(club, session)
     assert (job.kind, job.state) == ("track", "waiting")
     # The first numbers are there before the film is tracked.
     seen = sheet_seen_live(club, session).measures
@@ -299,7 +299,7 @@ def test_a_camera_that_was_moved_is_marked_from_a_film_on(visitor, filmed):
         query = "update film set state = ?, said = ? where id = ?"
         connection.execute(query, ("done", "", first.id))
         connection.execute(query, ("failed", "the camera has moved", second.id))
-    result = state_of(club, WorkQueue(club), session)["films"]
+    result = state_of(club, session)["films"]
     assert [one["mark"] for one in result] == [False, True, False]
     page = f"practice/{session.id}/films/{second.id}/mark/{visitor.token}"
     moved = scene.points_px + np.array([40.0, 25.0])
@@ -313,7 +313,7 @@ def test_a_camera_that_was_moved_is_marked_from_a_film_on(visitor, filmed):
     seen = [club.camera_of(session, club.film(one.id)).id for one in (first, second, third)]
     assert seen == [number, new.id, new.id]
     assert [club.film(one.id).state for one in (first, second)] == ["done", "waiting"]
-    assert [job.kind for job in WorkQueue(club).jobs(session)] == ["track"]
+    assert [job.kind for job in jobs(club, session)] == ["track"]
     assert visitor.get(f"practice/{session.id}/films/99/mark/{visitor.token}/").status == 404
 
 

@@ -79,7 +79,7 @@ def test_the_projects_configurations_are_all_understood(name: str) -> None:
     [
         ({"target_kl": 0.1}, 1, "does not have target_kl"),
         ({"clip_range": "lin_0.2"}, 1, "no schedule for clip_range"),
-        ({}, 3, "n_envs 8 cannot be shared out evenly to 3 workers"),
+        ({}, 3, "n_envs 8 cannot be divided evenly among 3 workers"),
     ],
 )
 def test_settings_that_rllib_lacks_are_refused(

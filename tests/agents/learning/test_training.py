@@ -357,7 +357,7 @@ def test_command_refuses_in_one_line(curling, tmp_path: Path) -> None:
         (["--config", "nowhere"], "nowhere: no such configuration file"),
         (["--ice", "nowhere.json"], "nowhere.json"),
         (["--resume", tmp_path / "not.npz"], "not.npz: cannot be read as a trained model"),
-        (["--resume", tmp_path], "holds no checkpoint"),
+        (["--resume", tmp_path], "contains no checkpoint"),
     ):
         full = ["train", "-o", tmp_path / "run", "--steps", 10, *arguments]
         assert words in curling(*full).complaint

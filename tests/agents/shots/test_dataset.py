@@ -11,7 +11,6 @@ from agents.shots.dataset import (
     copy_score,
     episodes_of,
     fit_copy,
-    nearest,
     score_of_copy,
 )
 from agents.shots.inversion import Inversion, is_struck
@@ -133,7 +132,6 @@ def test_a_copy_throws_what_was_thrown_in_such_positions():
     clear = seen[1200:][np.abs(seen[1200:, 0]) > 0.3]
     thrown = np.array([copy(one) for one in clear])
     assert (np.sign(thrown[:, 2]) == np.sign(clear[:, 0])).mean() > 0.9
-    np.testing.assert_array_equal(nearest(copy.throws, copy.throws), np.arange(4))
 
 
 def test_few_deliveries_make_no_copy(path):

@@ -13,7 +13,7 @@ from agents.shots.decisions import (
     summary_of_power_plays,
 )
 from agents.shots.table import TASKS, read_shots
-from agents.shots.world import CLASSES, EndsBeside, played_ends, real_ends
+from agents.shots.world import CLASSES, EndsComparison, played_ends, real_ends
 from curling_env.throw import SKILLS, Skill
 from tests.agents.shots.small_tables import RESTS, SmallTable
 
@@ -120,7 +120,7 @@ def test_two_distributions_have_a_worst_class_and_a_chi_squared():
 
     real = np.array([10, 20, 60, 0, 110, 60, 30, 10])
     played = np.array([1, 2, 3, 0, 20, 6, 2, 1])
-    both = EndsBeside(real=real, played=played)
+    both = EndsComparison(real=real, played=played)
     worst = max(abs(real / real.sum() - played / played.sum())) * 100
     assert both.worst == pytest.approx(worst)
     kept = np.array([real, played])[:, real + played > 0]

@@ -50,7 +50,7 @@ def test_an_end_that_does_not_count_as_written_has_a_fault_a_kind_and_a_size(tmp
     table = read_shots(small.write(tmp_path))
     (end,) = table.ends
     assert not end.agrees
-    assert end.kind == "a place is wrong, or the score"
+    assert end.kind == "a position or the score is wrong"
     assert end.short_by > 0.1
     faults = [fault for fault in table.faults if fault.file == "Stones.csv"]
     assert [fault.row for fault in faults] == [row + 9]
@@ -103,7 +103,7 @@ def test_stones_that_were_not_thrown_count_as_they_lay(tmp_path):
         (4, "stone_1_x", "", 4, "stone_1 has no place"),
         (4, "stone_2_x", 0, 4, "stone_2 lies at (0, 1100), beside every sheet"),
         (4, "stone_12_x", 700, 4, "stone_12 lies at (700, 0), beside every sheet"),
-        (3, "stone_8_y", 1110, 3, "home stone 1 and away stone 1 lie"),
+        (3, "stone_8_y", 1110, 3, "home stone 1 and away stone 1 overlap"),
         (4, "stone_8_x", 4095, 4, "a stone leaves play before the fourth delivery"),
         (5, "TeamID", HOME, 11, "the teams do not alternate in end 1"),
     ],

@@ -106,7 +106,7 @@ def test_players_of_others_are_found_and_take_their_option(installed):
         (task_named, "no_such_module:Wiggle", "No module named 'no_such_module'"),
         (task_named, "no_such_module:Wiggle", "known names: draw, freeze, guard"),
         (task_named, "our_club:Wiggle", "no attribute 'Wiggle'"),
-        (task_named, "our_club:nothing", "is no task: it has no name"),
+        (task_named, "our_club:nothing", "is not a task (it has no name)"),
         (player_named, "absent", "unknown player 'absent'; expected one of draw, greedy"),
         (player_named, "absent:500", "known names: draw, greedy"),
         (player_named, "our_club:nothing", "is not a player"),

@@ -13,7 +13,7 @@ from friction_estimation.appearance import (
     clear_surroundings,
     composite,
     coverage,
-    those_explained,
+    explained_crops,
     window_at,
 )
 from friction_estimation.camera import Camera
@@ -44,9 +44,9 @@ def test_pictures_of_another_stone_are_no_pictures_of_this_one():
     """A path may go over to a stone that was hit; then the throw was refused."""
     own = [crop_at() for _ in range(3)]
     other = replace(crop_at((0.12, 0.05)), pose=np.zeros(3))
-    assert those_explained([*own, other], LOOK) == own
+    assert explained_crops([*own, other], LOOK) == own
     # Where the look explains no more than half of the pictures, it may be the look that is wrong.
-    assert those_explained([own[0], other, other], LOOK) == [own[0], other, other]
+    assert explained_crops([own[0], other, other], LOOK) == [own[0], other, other]
 
 
 def test_the_surroundings_of_a_stone_are_cleared_but_its_mirror_image_stays():

@@ -137,12 +137,12 @@ def test_the_point_that_contradicts_all_others_is_named():
     scene = Scene(
         sheet_points=places, points_px=px, camera_matrix=camera.lens.matrix, distortion=LENS
     )
-    with pytest.raises(InputError, match=r"point 4, of \(0, -11\) m on the ice, contradicts"):
+    with pytest.raises(InputError, match=r"point 4, at \(0, -11\) m on the ice, contradicts"):
         camera_from_scene(scene, SIZE)
 
 
 def test_intrinsics_of_another_resolution_are_refused():
     camera = behind_the_end()
     scene = corners_of(camera, camera_matrix=camera.lens.matrix * [[2], [2], [1]], distortion=LENS)
-    with pytest.raises(InputError, match="intrinsics of another resolution"):
+    with pytest.raises(InputError, match="for a matrix of another picture size"):
         camera_from_scene(scene, SIZE)

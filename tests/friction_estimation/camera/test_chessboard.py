@@ -183,13 +183,13 @@ def test_a_calibration_serves_a_resized_film_and_refuses_a_cropped_one():
     [
         (["missing.png"], [], "missing.png: no such picture"),
         (["noise.png"], [], "noise.png: cannot be read; expected a picture"),
-        (["blank.png", "small.png"], [], "small.png: is 320 × 240 px where the others"),
+        (["blank.png", "small.png"], [], "small.png: has 320 × 240 px, the first"),
         (["blank.png"], [], "found in 0 of 1 pictures"),
         (["blank.png"], ["--squares", "nine"], "--squares: expected columns x rows"),
         (["blank.png"], ["--squares", "2x2"], "4 × 4 to 100 × 100 squares"),
         (["blank.png"], ["--squares", "4x3"], "4 × 4 to 100 × 100 squares"),
         (["blank.png"], ["--square-size", "-1"], "positive length of at most 10 metres"),
-        (["blank.png"], ["--board", "charuco", "--dictionary", "9X9"], "no dictionary"),
+        (["blank.png"], ["--board", "charuco", "--dictionary", "9X9"], "unknown dictionary"),
         (["blank.png"], ["--board", "charuco", "--squares", "40x40"], "has only 250 markers"),
     ],
 )

@@ -129,7 +129,7 @@ def test_points_in_a_line_are_refused(tmp_path):
 
 
 def test_three_points_are_too_few():
-    with pytest.raises(InputError, match="four points"):
+    with pytest.raises(InputError, match="four or more points"):
         Scene(sheet_points=np.eye(3)[:, :2], points_px=np.eye(3)[:, :2])
 
 

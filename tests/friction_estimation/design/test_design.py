@@ -90,7 +90,7 @@ def test_cells_finer_than_the_detail_cost_nothing():
 
 
 def test_more_detail_than_can_be_weighed_is_refused():
-    with pytest.raises(InputError, match="ask for less detail"):
+    with pytest.raises(InputError, match="choose a coarser resolution"):
         design_throws(resolution=0.2, precision=0.05, sheet=replace(PAPER_SHEET, cell_size=0.05))
 
 

@@ -18,7 +18,7 @@ from .conftest import effect
 CURL = effect("curl", strength=0.006)
 ONE_WAY = "All throws went one way"
 ONE_SPIN = "All stones turned the same way"
-OTHER_ICE = "it is of other ice, or of another sheet"
+OTHER_ICE = "check that it is of this ice and this sheet"
 
 
 def text_of(found):

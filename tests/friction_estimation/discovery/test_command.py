@@ -41,7 +41,7 @@ def test_report_ice_and_page(twice, must_fit, request):
     assert re.fullmatch(sentence, report["verdict"])
     assert report["verdict"] in messages.splitlines()
     assert len(report["next_throws"]) == 3
-    assert f"Most would be learnt from: {report['next_throws'][0]['words']}." in messages
+    assert f"Most informative next throw: {report['next_throws'][0]['words']}." in messages
     assert {"curl", "friction"} == set(report["next_throws"][0]["teaches"])
     assert printed["next_throws"] == report["next_throws"]
     assert load_ice(found / "ice.json").effect("curl") is not None
@@ -97,9 +97,9 @@ def test_sweeping_is_reported_in_metres(curling, make_session, tmp_path):
         third * factor["stderr"] / factor["value"] ** 2, rel=0.05
     )
     gain = f"runs {gained['value']:.2f} ± {gained['stderr']:.2f} m further"
-    assert f"A draw swept over the last third of its way {gain}." in report["remarks"]
+    assert f"A draw swept over the last third of its path {gain}." in report["remarks"]
     assert (
-        f"a draw swept over the last third of its way {gain}"
+        f"a draw swept over the last third of its path {gain}"
         in (tmp_path / "found" / "report.html").read_text()
     )
     assert result.json()["verdict"] == report["verdict"]

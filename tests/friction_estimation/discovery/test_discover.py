@@ -87,9 +87,7 @@ def test_what_happened_once_is_an_event_and_spoils_nothing(make_session):
     assert found.events == [4]
     assert named(found) == ["curl"]
     verdict = document(found)["verdict"]
-    assert verdict.startswith(
-        "The model lacks curl, and something happened once in throw 4: fresh "
-    )
+    assert verdict.startswith("The model lacks curl, and a single event disturbed throw 4: fresh ")
 
 
 def test_discovery_on_its_own_output_finds_nothing_more(make_session):

@@ -184,7 +184,7 @@ def test_report_names_and_draws_the_bias(seen_badly, tmp_path, must_fit):
     page = (tmp_path / "report.html").read_text()
     size = seen_badly.found.camera_bias.size
     assert f"{1000 * size:.1f} mm" in page
-    assert "What the camera was off by" in page
+    assert "Bias of the camera" in page
     must_fit(tmp_path / "estimate.json", "estimate-1")
     document = json.loads((tmp_path / "estimate.json").read_text())["camera_bias"]
     assert document["outcome"] == "found"

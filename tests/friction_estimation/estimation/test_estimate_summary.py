@@ -139,7 +139,7 @@ def test_the_size_of_a_bias_weighs_nodes_by_how_well_they_are_known():
     assert "4.1 mm found" in bias.words
     none = CameraBias(search=replace_outcome(search, "none"))
     assert none.size == 0.0
-    assert none.words == "no bias of the camera; one of 1.0 mm would show"
+    assert none.words == "no camera bias found; one of 1.0 mm would be"
 
 
 def replace_outcome(search: SimpleNamespace, outcome: str) -> Any:

@@ -77,9 +77,9 @@ def test_every_row_says_whether_it_was_used_and_what_was_left_out_is_reported(sl
     found = estimate_ice([wild, *tracks[1:], short], uniform=True)
     write_report(found, tmp_path)
     page = (tmp_path / "report.html").read_text()
-    assert "Left out" in page
+    assert "Excluded" in page
     assert "throw 9" in page
-    assert "Left out" not in headline(found)
+    assert "Excluded" not in headline(found)
     table = read_table(tmp_path / "rows.csv", required=("throw", "t", "use", "left_m"))
     use = np.array(table.text("use"))
     assert len(table) == sum(len(track) for track in tracks)

@@ -152,7 +152,7 @@ def test_a_film_without_a_stone_ends_the_command_in_one_line(tmp_path, curling):
         ("missing.mp4", None, "no such film"),
         ("noise.mp4", None, "cannot be decoded; expected a film"),
         ("throw.mp4", "{", "not JSON"),
-        ("throw.mp4", '{"points": []}', "four points"),
+        ("throw.mp4", '{"points": []}', "four or more points"),
     ],
 )
 def test_bad_input_is_one_line(film, tmp_path, curling, film_name, scene_text, complaint):

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from blind import planned_draws
 from blind.law import COUPLING, MU
-from blind.planned_draws import SKILL, TrueIce, draws_on_truth, rests_with_errors, solve
-from blind.sessions import make_session
+from blind.planned_draws import SKILL, draws_on_truth, rest_on, rests_with_errors, solve
+from blind.sessions import make_session, true_ice
 
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.sheet import RULE_BOOK_STONE, TEE_Y
@@ -26,28 +26,27 @@ def sealed():
 
 
 @pytest.fixture(scope="module")
-def true_ice(sealed):
-    return TrueIce(numbers=np.array(sealed["numbers"]), pattern=np.empty((0, 3)), direction=-1.0)
+def rest(sealed):
+    truth = true_ice(sealed)
+    return lambda throw: rest_on(truth, throw, UNSWEPT, -1.0)
 
 
-def test_a_solved_throw_rests_at_the_target(true_ice):
-    throw = solve(true_ice, np.array([2.0, 0.0, 1.5]), UNSWEPT, TARGET)
+def test_a_solved_throw_rests_at_the_target(rest):
+    throw = solve(rest, np.array([2.0, 0.0, 1.5]), TARGET)
     assert throw is not None
     assert throw[2] == 1.5
-    assert np.hypot(*(true_ice.rest(throw, UNSWEPT) - TARGET)) < 1e-3
+    assert np.hypot(*(rest(throw) - TARGET)) < 1e-3
 
 
-def test_no_throw_gets_past_the_ice(true_ice):
-    assert solve(true_ice, np.array([2.0, 0.0, 1.5]), UNSWEPT, np.array([0.0, -40.0])) is None
+def test_no_throw_gets_past_the_ice(rest):
+    assert solve(rest, np.array([2.0, 0.0, 1.5]), np.array([0.0, -40.0])) is None
 
 
-def test_rests_with_errors_of_the_hand_are_those_of_throws_made_one_by_one(true_ice):
-    throw = solve(true_ice, np.array([2.0, 0.0, 1.5]), UNSWEPT, TARGET)
+def test_rests_with_errors_of_the_hand_are_those_of_throws_made_one_by_one(rest):
+    throw = solve(rest, np.array([2.0, 0.0, 1.5]), TARGET)
     errors = SKILL.errors(24, np.random.default_rng(1))
-    each = [true_ice.rest(throw + error, UNSWEPT) for error in errors]
-    np.testing.assert_allclose(
-        rests_with_errors(true_ice, throw, UNSWEPT, errors), each, rtol=0, atol=0.005
-    )
+    each = [rest(throw + error) for error in errors]
+    np.testing.assert_allclose(rests_with_errors(rest, throw, errors), each, rtol=0, atol=0.005)
 
 
 def test_draws_planned_on_the_truth_cost_nothing_and_on_other_ice_more(sealed, monkeypatch):

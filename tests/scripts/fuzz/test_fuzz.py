@@ -14,21 +14,20 @@ ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.slow
-def test_no_input_ends_uncleanly_and_the_run_continues(tmp_path: Path) -> None:
+def test_no_input_ends_uncleanly(tmp_path: Path) -> None:
     # A separate process: the fuzzer forks, and must hold nothing of the tests.
     words = [sys.executable, "-m", "fuzz", "--seed", "16", "--light", "--keep", tmp_path]
-    for count in (10, 25):
-        done = subprocess.run(
-            [*words, "--inputs", str(count)],
-            cwd=ROOT / "scripts",
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-2000:]
-        report = json.loads((tmp_path / "seed-16.json").read_text())
-        assert report["inputs"] == count == sum(report["by_target"].values())
-        assert report["unclean"] == 0
+    done = subprocess.run(
+        [*words, "--inputs", "25"],
+        cwd=ROOT / "scripts",
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-2000:]
+    report = json.loads((tmp_path / "seed-16.json").read_text())
+    assert report["inputs"] == 25 == sum(report["by_target"].values())
+    assert report["unclean"] == 0
 
 
 def test_the_fuzzer_notices_unclean_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -72,7 +71,7 @@ def test_inputs_are_the_same_for_a_seed_and_have_every_kind_of_fault() -> None:
 
     def some(seed: int) -> list[Input]:
         found: list[Input] = []
-        drawn(inputs(targets, {"host": [b"POST / HTTP/1.1\r\n\r\n{}"]}), seed, 300, found.append)
+        drawn(inputs(targets, [b"POST / HTTP/1.1\r\n\r\n{}"]), seed, 300, found.append)
         return found
 
     first = some(1)

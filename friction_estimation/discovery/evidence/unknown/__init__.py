@@ -1,1 +1,1 @@
-"""Effects that the catalogue lacks: the variables that they follow, and their size."""
+"""Effects outside the catalogue: the variables that they follow, and their size."""

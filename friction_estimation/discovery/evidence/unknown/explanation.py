@@ -1,8 +1,8 @@
-"""Search for an unknown effect: the variables that it follows, and the effects beside it.
+"""Search for an unknown effect: its variables, and the known effects beside it.
 
-Something unknown bends whatever is fitted without it, and effects are chosen that stand for it.
-It is therefore a term of the model as well: pushes, each a smooth function of one variable. Effects
-and pushes are added and dropped together, as long as they pay for themselves.
+An unknown effect biases every fit without it, and known effects are then chosen in its place. It is
+therefore a term of the model as well: pushes, each a smooth function of one variable. Effects and
+pushes are added and dropped together, as long as they pay for themselves.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from friction_estimation.discovery.model.noise import estimate_noise
 from friction_estimation.discovery.search.selection import (
     refine,
     try_term,
-    with_patches_sought_again,
+    with_patches_relocated,
 )
 from friction_estimation.discovery.tuning import (
     COPY_ERROR,
@@ -42,7 +42,7 @@ from friction_estimation.discovery.tuning import (
 )
 
 SHORTLIST = 5
-"""Moves of a search whose spread and scales are found, those that promise most."""
+"""Number of promising moves of a search whose spread and scales are optimised."""
 ALIKE: dict[Push, Push] = {
     "along": "along the sheet",
     "along the sheet": "along",
@@ -51,15 +51,15 @@ ALIKE: dict[Push, Push] = {
 }
 """Pushes of one kind: on the friction, and sideways."""
 MOST_ROUNDS = 3
-"""Maximum number of times that the models near a fit are laid out again, because other effects were
-chosen, or paths lie elsewhere."""
+"""Maximum number of rounds of linearisation, after other effects were chosen or paths have
+moved."""
 SETTLED = 1e-3
-"""Distance that paths move from one such round to the next, below which they have settled [m]."""
+"""Movement of paths from one such round to the next below which they have converged [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Dependence:
-    """A variable that the discrepancy follows.
+    """Variable that the discrepancy follows.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class Dependence:
 def search(
     around: Nearby, start: Iterable[str], *, held: bool = False
 ) -> tuple[Combination, float]:
-    """The combination of effects and pushes that explains most for what it costs.
+    """Return the combination of effects and pushes with the highest evidence.
 
     Parameters
     ----------
@@ -103,31 +103,31 @@ def search(
         moves.sort(key=lambda move: around.value(move, dispersion))
         tried = [around.at_best(move, dispersion) for move in moves[:SHORTLIST]]
         better = [each for each in tried if each[0] < present - 1.0]
-        sound = [each for each in better if not _mends_copies(around, made, each[1])]
+        sound = [each for each in better if not _may_correct_pushes(around, made, each[1])]
         if not sound:
             return made, dispersion
         made = min(sound, key=lambda each: each[0])[1]
         dispersion = min(dispersion, around.dispersion(made))
 
 
-def _mends_copies(around: Nearby, before: Combination, after: Combination) -> bool:
+def _may_correct_pushes(around: Nearby, before: Combination, after: Combination) -> bool:
     """Return whether a further term may merely correct inexact pushes.
 
-    Paths respond to pushes linearly in part only. A term that corrects this explains little
-    beside what the pushes explain, and leaves much of what was left.
+    The response of paths to pushes is only partly linear. A term that corrects for this explains
+    little compared with the pushes, and leaves much of the rest.
     """
     terms = [len(made.effects) + len(made.pushes) for made in (before, after)]
     if terms[1] <= terms[0]:
         return False
-    had, has = (around.fall_short(made) for made in (before, after))
-    pushed = around.fall_short(after.without(*after.pushes)) - has
+    had, has = (around.minimum_cost(made) for made in (before, after))
+    pushed = around.minimum_cost(after.without(*after.pushes)) - has
     rest = has - around.values
     return had - has < COPY_ERROR * pushed and rest > LARGEST_REST * (had - around.values)
 
 
 def _moves(around: Nearby, made: Combination, *, held: bool) -> list[Combination]:
-    """Combinations that have one term more or less."""
-    # A map would take over what pushes over the sheet describe.
+    """Yield combinations with one term more or less."""
+    # A map would absorb pushes that depend on the place.
     names = [] if held else [label for label in around.optional if label != MAP_CARD.name]
     effects = [made.toggled(label) for label in names]
     fewer = [made.without(push) for push in made.pushes]
@@ -138,11 +138,11 @@ def _moves(around: Nearby, made: Combination, *, held: bool) -> list[Combination
 
 
 def surviving(around: Nearby, made: Combination, dispersion: float) -> Combination:
-    """A combination with those effects alone that are needed beside the unknown as it may be.
+    """Return a combination with only those effects that are needed beside any form of the unknown.
 
-    What follows a variable by one push may as well follow it by another of its kind: more friction
-    one way and less the other need not be equally much. An effect that such a push does without
-    may be no more than that.
+    An unknown that follows a variable with one push may do so with another of the same kind: higher
+    friction in one direction and lower in the other need not be symmetric. An effect that such a
+    push makes superfluous may be only that.
 
     Parameters
     ----------
@@ -166,19 +166,19 @@ def surviving(around: Nearby, made: Combination, dispersion: float) -> Combinati
 
 def _explained(around: Nearby, made: Combination, label: str) -> float:
     """Return the rise of −2 ln likelihood when an effect is taken from a combination."""
-    return around.fall_short(made.toggled(label)) - around.fall_short(made)
+    return around.minimum_cost(made.toggled(label)) - around.minimum_cost(made)
 
 
 def dependences(around: Nearby, made: Combination, dispersion: float) -> list[Dependence]:
-    """The variables that the pushes of a combination follow, the strongest first.
+    """Return the variables that the pushes of a combination follow, strongest first.
 
     Parameters
     ----------
     around, made, dispersion : as of `search`
     """
     scores = around.scores(made, dispersion)
-    bare = around.fall_short(made.without(*made.pushes))
-    lacking = max(bare - around.values, bare - around.fall_short(made), 1.0)
+    bare = around.minimum_cost(made.without(*made.pushes))
+    lacking = max(bare - around.values, bare - around.minimum_cost(made), 1.0)
     found: list[Dependence] = []
     for variable in dict.fromkeys(
         push.variable.split()[0] for push in made.pushes if push.variable
@@ -190,9 +190,9 @@ def dependences(around: Nearby, made: Combination, dispersion: float) -> list[De
         found.append(
             Dependence(
                 variable=variable,
-                share=min((bare - around.fall_short(alone)) / lacking, 1.0),
+                share=min((bare - around.minimum_cost(alone)) / lacking, 1.0),
                 p=p_of_mean(improvements),
-                push=max(own, key=lambda push: around.fall_short(made.without(push))).push,
+                push=max(own, key=lambda push: around.minimum_cost(made.without(push))).push,
             )
         )
     found.sort(key=lambda dependence: -dependence.share)
@@ -204,7 +204,7 @@ def dependences(around: Nearby, made: Combination, dispersion: float) -> list[De
 
 
 def find_dependences(fitted: SessionFit) -> list[Dependence]:
-    """The variables that the discrepancy of a fit follows, the strongest first.
+    """Return the variables that the discrepancy of a fit follows, strongest first.
 
     Parameters
     ----------
@@ -270,7 +270,7 @@ def explain(
         tried.append(made.effects)
         fitted = calm
     # A patch was placed, and shaped, while the unknown was missing.
-    calm = with_patches_sought_again(calm)
+    calm = with_patches_relocated(calm)
     return Explanation(
         fit=calm,
         pushes=tuple(made.pushes),
@@ -286,7 +286,7 @@ def _fit_beside(
     *,
     shaped: bool = False,
 ) -> SessionFit:
-    """The fit of the effects of a combination to a session in which its pushes act.
+    """Return the fit of the effects of a combination to a session in which its pushes act.
 
     Parameters
     ----------
@@ -312,9 +312,9 @@ def _fit_beside(
 def fit_beside(fitted: SessionFit, pushes: Sequence[Following]) -> SessionFit:
     """Fit the same effects to a session in which pushes of an unknown act on the stones.
 
-    The pushes are found again where the paths then lie, until these no longer move. What the pushes
-    could do in place of an effect is no information on that effect. How much that is depends on how
-    far throws differ, so that the fit holds at one spread of theirs.
+    The pushes are found again on the new paths, until these no longer move. Anything that the
+    pushes could do in place of an effect is no information on that effect; this depends on the
+    spread between throws, so the fit holds for one spread.
 
     Parameters
     ----------
@@ -342,7 +342,7 @@ def fit_beside(fitted: SessionFit, pushes: Sequence[Following]) -> SessionFit:
     own = 7 + len(calm.model.vector)
     linear = calm.linear_in(calm.model, calm.columns, calm.residuals)
     grams = linear.grams.copy()
-    grams[:, 7:own, 7:own] -= again.taken_over(made) / len(grams)
-    # What neither explains counts as noise that is larger.
+    grams[:, 7:own, 7:own] -= again.absorbed_information(made) / len(grams)
+    # The unexplained rest counts as additional noise.
     grams /= again.dispersion(made)
     return replace(calm, linear=replace(linear, grams=grams), only_spread=made.spread)

@@ -1,12 +1,10 @@
-"""All models near a fit: with or without each of its effects, more effects, and pushes unknown.
+"""Comparison of all models near a fit: with or without each effect, candidates, and unknown pushes.
 
 Around a fit everything is linear. The Gram matrices of the fit's parameters, of candidates and of
-pushes that follow a variable therefore say how well any combination of them fits, without a fit.
-Pushes have a Gaussian prior, and are integrated over like the friction map.
-
-What is left of a discrepancy is larger than noise as long as something is missing, and where a push
-is no exact copy of what acts. It is taken as noise that is larger by a factor, the dispersion; a
-term must pay for itself beside that.
+pushes that follow a variable therefore give the misfit of any combination without a fit. Pushes
+have a Gaussian prior, and are integrated over like the friction map. The residual discrepancy
+exceeds the noise while an effect is missing, or if a push is not an exact copy. It is treated as
+noise enlarged by a factor, the dispersion; each term must still increase the evidence.
 """
 
 from __future__ import annotations
@@ -49,7 +47,7 @@ from friction_estimation.discovery.tuning import (
 
 
 class Following(NamedTuple):
-    """A push that follows a variable, by functions as of `variables`; a constant one by none."""
+    """A push that follows a variable, with the functions of `variables`; constant without any."""
 
     variable: str
     push: Push
@@ -173,10 +171,9 @@ class Nearby:
         return found
 
     def repeats(self, made: Combination) -> bool:
-        """Return whether pushes of a combination do all that one of its effects does.
+        """Return whether pushes of a combination can replace one of its effects completely.
 
-        Computed in two ways, the difference of the two would look like something that the throws
-        tell, and large sizes of both would cancel to bring it out.
+        Their numerical difference would otherwise be fitted with large sizes of both that cancel.
         """
         none = [np.empty(0, dtype=np.intp)]
         strengths = [self.offsets[label][0] for label in made.effects - self.mapped]
@@ -191,12 +188,12 @@ class Nearby:
 
     @cached_property
     def values(self) -> float:
-        """Number of measured values: the deviance that noise alone would leave."""
+        """Number of measured values: the expected deviance of noise alone."""
         return float(np.isfinite(self.fitted.session.observed).sum())
 
     @cached_property
     def slow(self) -> float:
-        """Number of slow shapes that residuals may have, as of `Misfit`."""
+        """Number of slow shapes of residuals, as in `Misfit`."""
         session = self.fitted.session
         counts = [
             slow_columns(session.times[session.rows(i)]).shape[1] * (3 if session.turns[i] else 2)
@@ -205,7 +202,7 @@ class Nearby:
         return float(sum(counts))
 
     def quadratic(self, made: Combination, dispersion: float = 1.0) -> Quadratic:
-        """Return what a combination has to minimise, with noise scaled by the dispersion."""
+        """Return the quadratic of a combination, with noise scaled by the dispersion."""
         return self._quadratic(made, self._total(made.spread)[0] / dispersion)
 
     def _total(self, spread: float) -> tuple[Floats, float]:
@@ -224,7 +221,7 @@ class Nearby:
         places = np.concatenate([first, *fields, *pushed, [self.size - 1]]).astype(np.intp)
         block = places[:, None], places
         gram = total[block]
-        # Without an effect the residual is larger by what the effect explains.
+        # Without an effect the residual includes its contribution.
         away = np.zeros(self.size)
         for label, (at, off) in self.offsets.items():
             if label not in made.effects:
@@ -253,12 +250,12 @@ class Nearby:
             gram[last, last] += sizes[len(sizes) - len(last) :] ** -2
         return Quadratic(gram=gram, places=places, always=len(first), sizes=sizes)
 
-    def fall_short(self, made: Combination, dispersion: float = 1.0) -> float:
-        """Least −2 ln likelihood of a combination, its priors included."""
+    def minimum_cost(self, made: Combination, dispersion: float = 1.0) -> float:
+        """Minimum −2 ln likelihood of a combination, including its priors."""
         return float(minimum_of(self.quadratic(made, dispersion).gram).value)
 
     def value(self, made: Combination, dispersion: float) -> float:
-        """−2 ln of the evidence of a combination, and what its terms must bring."""
+        """−2 ln of the evidence of a combination, with the required gain of its terms."""
         quadratic = self.quadratic(made, dispersion)
         least = minimum_of(quadratic.gram)
         integrated = 2.0 * float(np.log(least.pivots[quadratic.always :] * quadratic.sizes).sum())
@@ -269,12 +266,12 @@ class Nearby:
         return float(least.value) + integrated + self._total(made.spread)[1] + needed
 
     def dispersion(self, made: Combination) -> float:
-        """Return the ratio of what a combination leaves to the noise; at least one."""
-        left = self.fall_short(made) - self.values
+        """Return the ratio of a combination's residuals to the noise; at least one."""
+        left = self.minimum_cost(made) - self.values
         return max(1.0, 1.0 + left / self.slow)
 
     def at_best(self, made: Combination, dispersion: float) -> tuple[float, Combination]:
-        """The value of a combination at its best spread and scales, and the combination."""
+        """Return the value of a combination at its best spread and scales, and that combination."""
         best = self.value(made, dispersion), made
         for _ in range(3):
             before = best[0]
@@ -306,7 +303,7 @@ class Nearby:
         return scores
 
     def pushed(self, made: Combination, dispersion: float) -> Session:
-        """The session with what the pushes of a combination do to its stones."""
+        """Return the session with the pushes of a combination acting on its stones."""
         if not made.pushes:
             return replace(self.fitted.session, pushes=None)
         quadratic = self.quadratic(made, dispersion)
@@ -318,8 +315,8 @@ class Nearby:
             sizes[push.push] = sizes.get(push.push, 0.0) + own
         return replace(self.fitted.session, pushes=pushes_over_time(self.paths, sizes))
 
-    def taken_over(self, made: Combination) -> Floats:
-        """Information on the fit's parameters that is lost because pushes may do the same, (P, P).
+    def absorbed_information(self, made: Combination) -> Floats:
+        """Information on the fit's parameters that pushes can absorb, (P, P).
 
         Parameters
         ----------
@@ -362,7 +359,7 @@ def nearby(
     if followed is not None:
         functions = {name: each for name, each in functions.items() if name in followed}
     if session.pushes is not None:
-        # Pushes are counted from none, and not from those that the fit already has.
+        # Pushes start from zero, not from those that the fit already has.
         residuals = residuals + response_to(paths, session.pushes)
     stacked = [columns]
     position = columns.shape[2] - 7

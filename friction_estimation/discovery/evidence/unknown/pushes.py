@@ -1,4 +1,4 @@
-"""Pushes that something unknown may give a stone, each a function of one variable.
+"""Possible pushes of an unknown effect on a stone, each a function of one variable.
 
 They act along the travel, to its left, on the rotation, and fixed in the sheet.
 """
@@ -22,8 +22,8 @@ PUSHES: tuple[Push, ...] = ("along", "left", "turn", "along the sheet", "across 
 def variables(paths: LinearisedPaths, off: Floats | float = 0.0) -> dict[str, Floats]:
     """Functions of each variable at every instant, (n, b) each, by name.
 
-    They are taken where the stones were seen, and not where the fit has them: what is missing has
-    led the stones elsewhere. The first word of a name is that of the variable.
+    They are evaluated on the measured paths, not on the fitted ones, which lack the missing effect.
+    The first word of a name is that of the variable.
     """
     session, path = paths.session, paths.path + off
     times, starts = paths.instants
@@ -55,7 +55,7 @@ def variables(paths: LinearisedPaths, off: Floats | float = 0.0) -> dict[str, Fl
 
 
 def _swept(paths: LinearisedPaths) -> Floats:
-    """Return whether the stone was swept at every instant, 0 or 1."""
+    """Return for every instant whether the stone was swept, 0 or 1."""
     session, (times, starts) = paths.session, paths.instants
     swept = np.empty(len(times))
     for i in range(len(session)):
@@ -80,8 +80,8 @@ def directions(paths: LinearisedPaths) -> dict[Push, Floats]:
 
     The pushes are those of `PUSHES`.
 
-    A push along the travel is more friction by a share of it, as is one along the sheet, but less
-    of it towards the home end; the others are in m/s² and rad/s².
+    A push along the travel is a relative increase of friction; so is one along the sheet, which is
+    a decrease towards the home end; the others are in m/s² and rad/s².
     """
     velocity = paths.path[:, State.VX : State.VY + 1]
     travel = velocity / np.maximum(np.hypot(*velocity.T), 1e-6)[:, None]
@@ -96,7 +96,7 @@ def directions(paths: LinearisedPaths) -> dict[Push, Floats]:
 
 
 def ways(paths: LinearisedPaths) -> Floats:
-    """The direction of play at every instant, 1 or -1, (n,)."""
+    """Return the direction of play at every instant, 1 or -1, (n,)."""
     starts = paths.instants.starts
     return np.repeat(np.sign(paths.path[starts[:-1], State.VY]), np.diff(starts))
 
@@ -138,7 +138,7 @@ def pushes_over_time(paths: LinearisedPaths, sizes: Mapping[Push, Floats]) -> Un
 
 
 def response_to(paths: LinearisedPaths, pushes: UnknownPushes) -> Floats:
-    """Change of x, y and heading of every row by the pushes that a session holds, (rows, 3)."""
+    """Change of x, y and heading of every row by the pushes of a session, (rows, 3)."""
     acts = directions(paths)
     times, _ = paths.instants
     out = np.zeros((len(paths.session.times), 3))

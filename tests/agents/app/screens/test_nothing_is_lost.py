@@ -109,6 +109,10 @@ def test_what_is_typed_without_a_network_is_saved_when_it_is_back(context, addre
     page = context.new_page()
     page.goto(f"{address}throws/1/2")
     page.locator("#curve polyline").wait_for()
+    page.get_by_label("Number of another throw").fill("4")  # and leaves the field
+    page.get_by_label("Called").focus()
+    page.locator("#above .path.away").wait_for()
+    assert page.locator("#above .path").count() == 2
     context.set_offline(True)
     page.get_by_label("Called").fill("draw button in")
     page.get_by_role("button", name="Save").click()

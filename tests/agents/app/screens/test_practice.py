@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from agents.app import remove
+
 
 def begin(visitor, **fields):
     given = {"name": "Tuesday", "day": "2026-11-17", "sheet": "2", "camera": ""}
@@ -60,6 +62,16 @@ def test_a_film_is_sent_and_goes_on(visitor, club):
     assert again == {"film": begun["film"], "received": 3}
     assert visitor.put(f"{path}?begin=3", b"def").document == {"received": 6}
     assert club.path(club.film(begun["film"]).file).read_bytes() == b"abcdef"
+
+
+def test_a_film_of_a_session_that_is_removed_meanwhile_is_refused(visitor, club):
+    begin(visitor)
+    (session,) = club.sessions()
+    begun = visitor.send(f"practice/{session.id}/films", {"name": "a.mp4", "size": 3}).document
+    remove(club, "session", session.id)
+    answer = visitor.put(f"practice/films/{begun['film']}?begin=0", b"abc")
+    assert answer.status == 404
+    assert "does not exist or was removed" in answer.text
 
 
 @pytest.mark.parametrize("sent", [{}, {"name": 5, "size": 5}, {"name": "a.mp4", "size": "5"}, []])

@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
-from agents.app import Club, Part, WorkQueue, keep_part, take_film
+from agents.app import Club, Part, keep_part, take_film
 from agents.app.club.club import encoded
 from agents.app.views.progress import state_of
 from agents.app.views.throws import leaderboard, points_of, sheet_seen_live, sheets_of
@@ -69,7 +69,7 @@ def test_a_throw_that_is_tracked_late_leaves_the_one_that_runs(visitor, session)
     live = encoded(measure_throw(track(0)))
     club.change("session", session.id, live=live, live_film=1)
     assert sheet_seen_live(club, session).athlete == "Ben"
-    assert state_of(club, WorkQueue(club), session)["next"]["athlete"] == "Clara"
+    assert state_of(club, session)["next"]["athlete"] == "Clara"
     club.change("film", first.id, state="done")
     keep_part(club, session, first, Part(throws=[[track(0)]], handles=[[None]]))
     assert sheet_seen_live(club, session).athlete == "Ben"

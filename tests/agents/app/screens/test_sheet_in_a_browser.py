@@ -269,10 +269,21 @@ def test_a_phone_shows_it_all_and_two_fingers_zoom(chromium, address):
     assert errors == []
 
 
-def test_the_ice_is_printed_on_one_page_from_a_phone_too(chromium, address):
+def test_the_ice_is_read_by_a_tap_and_printed_on_one_page_from_a_phone_too(chromium, address):
     page = chromium.new_page(viewport={"width": 390, "height": 844})
     page.goto(f"{address}ice")
     page.locator("#map .cells rect").first.wait_for(state="attached")
+    page.locator("#map").scroll_into_view_if_needed()
+    page.mouse.click(*at(page, 1.4, -5.0))
+    reading = page.locator("#reading").inner_text()
+    assert re.fullmatch(
+        r"1\.\d\d m to the right \(looking to the away end\), 12\.\d\d m before the home tee: "
+        r"0\.\d\d s heavier than the sheet, ± 0\.\d\d s\.",
+        reading,
+    )
+    page.get_by_role("button", name="House of the away end").click()
+    ring = page.locator("#map .ring.blue").last.bounding_box()
+    assert ring["width"] == pytest.approx(ring["height"], rel=0.01)
     for paper in ("A4", "Letter"):
         printed = page.pdf(format=paper)
         assert b"/Count 1" in printed, paper

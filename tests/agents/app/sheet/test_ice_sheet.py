@@ -44,6 +44,15 @@ def test_a_keener_ice_takes_longer_and_is_reported():
     json.dumps([result["cells"], result["earlier"]], allow_nan=False)
 
 
+def test_ice_that_has_changed_at_one_end_is_compared_end_by_end():
+    # Only stones that are thrown to the away end run beyond its hog line.
+    result = ice_document(ice(where=np.s_[67:, :]), earlier=[friday_of(ice())])
+    (words,) = (one["words"] for one in result["earlier"])
+    away, home = words.split("; ")[:2]
+    assert re.match(r"to the away end heavier today: 0\.\d\d s shorter .* \d\d cm shorter", away)
+    assert home == "to the home end of the same weight"
+
+
 def test_numbers_have_errors_where_the_ice_has_them():
     known = ice_document(STANDARD)["lanes"][0]["draws"]
     assert all(draw.seconds_sigma is None for draw in known)

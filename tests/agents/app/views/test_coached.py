@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import simulated_club as made
 
-from agents.app import Club, WorkQueue
+from agents.app import Club, jobs
 from agents.app.club.club import decoded, encoded
 from agents.app.club.records import Answer
 from agents.app.work import causes
@@ -80,6 +80,14 @@ def test_causes_are_listed_throw_by_throw(visitor, evening):
     assert 0.4 < metres < 3.0
 
 
+def test_both_pages_compare_two_ices_in_the_same_words(visitor, evening):
+    session = evening[1]
+    coached = plain(visitor.get(f"hand-or-ice/{session.id}").text)
+    words = re.search(r"Today’s ice against that of Before: (.*?)\. Weight, line", coached)[1]
+    assert " end " in words  # the ice has changed by another amount towards either end
+    assert f"Before, 2026-11-01: {words}" in plain(visitor.get(f"ice/{session.id}").text)
+
+
 def test_it_is_worked_out_beside_the_server_and_kept_until_something_changes(
     visitor, evening, work_off
 ):
@@ -87,7 +95,7 @@ def test_it_is_worked_out_beside_the_server_and_kept_until_something_changes(
     page = f"hand-or-ice/{session.id}?believed=0"
     coming = visitor.get(page)
     assert coming.status == 202
-    assert "Working out why throws missed, and how the stones differ: waiting" in plain(coming.text)
+    assert "Analysing why throws missed, and how the stones differ: waiting" in plain(coming.text)
     assert visitor.get(page).status == 202  # and asks for it once
     assert work_off(club) == ["causes"]
     assert "was not given" in plain(visitor.get(page).text)
@@ -99,7 +107,7 @@ def test_it_is_worked_out_beside_the_server_and_kept_until_something_changes(
     os.utime(notes, ns=(1, 1))
     stale = visitor.get(page)  # the earlier answer is shown meanwhile, and says so
     assert stale.status == 200
-    assert "it is being worked out again" in plain(stale.text)
+    assert "it is being updated" in plain(stale.text)
     assert "The pattern of" in plain(stale.text)
     kept = club.database.rows(Answer, "select * from answer where name like 'causes %'")
     club.database.write("delete from answer where name like 'causes %'")
@@ -112,7 +120,7 @@ def test_it_is_worked_out_beside_the_server_and_kept_until_something_changes(
     work_off(club)  # what has changed again meanwhile is not worked out for nothing
     answer = visitor.get(page)
     assert answer.status == 200
-    assert "being worked out" not in plain(answer.text)
+    assert "being updated" not in plain(answer.text)
 
 
 def test_nothing_is_worked_out_when_someone_looks(visitor, evening, monkeypatch):
@@ -138,7 +146,7 @@ def test_work_that_failed_is_reported_and_begun_again_only_when_asked_for(
     content = club.answer(name, Kept)
     club.database.write("update answer set content = x'c1' where name = ?", name)
     assert visitor.get(page).status == 202  # an answer that was damaged is worked out again
-    (job,) = [job for job in WorkQueue(club).jobs() if job.state == "waiting"]
+    (job,) = [job for job in jobs(club) if job.state == "waiting"]
     with club.database.writing() as connection:
         query = "update job set state = 'failed', problem = 'no memory' where id = ?"
         connection.execute(query, (job.id,))

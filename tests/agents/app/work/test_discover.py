@@ -26,7 +26,7 @@ def test_what_discovery_says_of_a_session_is_found_by_its_page(club, visitor, rn
     do("discover", club, session, lambda *_: None, "")
     found = findings_of(club, session)
     assert found is not None
-    assert found.verdict.startswith("Nothing is named: 3 throws slide freely")
+    assert found.verdict.startswith("No effect is named: 3 throws slide freely")
     assert not found.missing
     assert found.next_throws
 

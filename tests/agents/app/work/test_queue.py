@@ -7,13 +7,14 @@ import json
 import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
+from threading import Event
 
 import numpy as np
 import pytest
 
 from agents.app import Part, State, WorkQueue, begin_film, keep_part
 from agents.app.views.progress import events, time_left
-from agents.app.work.jobs import Reported
+from agents.app.work.jobs import Reported, cancel, jobs, jobs_by_number, submit
 from agents.app.work.queue import MAX_LOSSES, MOST
 from curling_env.trajectory import Trajectory
 
@@ -24,10 +25,10 @@ def in_a_thread(work):
         return thread.submit(work).result()
 
 
-def wait_for(work, number, *states, seconds=60.0):
+def wait_for(club, number, *states, seconds=60.0):
     until = time.monotonic() + seconds
     while time.monotonic() < until:
-        job = next(job for job in work.jobs() if job.id == number)
+        job = next(job for job in jobs(club) if job.id == number)
         if job.state in states:
             return job
         time.sleep(0.1)
@@ -36,29 +37,30 @@ def wait_for(work, number, *states, seconds=60.0):
 
 def test_work_that_cannot_be_done_says_why(club):
     session = club.add_session("Tuesday", "2026-11-17", "sheet 1", None)
-    with WorkQueue(club) as work:
-        job = work.submit("estimate", session)
-        assert work.submit("estimate", session).id == job.id or job.state != "waiting"
-        failed = wait_for(work, job.id, "failed")
+    with WorkQueue(club):
+        job = submit(club, "estimate", session)
+        assert submit(club, "estimate", session).id == job.id or job.state != "waiting"
+        failed = wait_for(club, job.id, "failed")
     assert "tracks.csv" in failed.problem
 
 
 def test_work_that_an_ended_server_had_begun_waits_again(club):
     session = club.add_session("Tuesday", "2026-11-17", "sheet 1", None)
-    number = WorkQueue(club).submit("estimate", session).id
+    number = submit(club, "estimate", session).id
     with club.database.writing() as connection:
         connection.execute("update job set state = 'running'")
-    assert [(job.id, job.state) for job in WorkQueue(club).jobs(session)] == [(number, "waiting")]
+    WorkQueue(club)
+    assert [(job.id, job.state) for job in jobs(club, session)] == [(number, "waiting")]
 
 
 def test_cancelled_work_never_begins(club):
     session = club.add_session("Tuesday", "2026-11-17", "sheet 1", None)
     work = WorkQueue(club)
-    number = work.submit("estimate", session).id
-    work.cancel(number)
+    number = submit(club, "estimate", session).id
+    cancel(club, number)
     with work:
         time.sleep(0.6)
-        assert [job.state for job in work.jobs()] == ["cancelled"]
+        assert [job.state for job in jobs(club)] == ["cancelled"]
 
 
 def test_running_work_is_cancelled_and_leaves_nothing_half_written(club):
@@ -68,14 +70,14 @@ def test_running_work_is_cancelled_and_leaves_nothing_half_written(club):
     throws = [[Trajectory(t=t, xy=np.column_stack([0 * t + k / 30, y]))] for k in range(30)]
     keep_part(club, session, None, Part(throws=throws, handles=[[None]] * 30))
     before = sorted(path.name for path in club.folder_of(session).iterdir())
-    with WorkQueue(club) as work:
-        number = work.submit("estimate", session).id
-        wait_for(work, number, "running")
+    with WorkQueue(club):
+        number = submit(club, "estimate", session).id
+        wait_for(club, number, "running")
         time.sleep(0.5)
-        work.cancel(number)
-        assert next(job for job in work.jobs()).state is State.CANCELLED
+        cancel(club, number)
+        assert next(job for job in jobs(club)).state is State.CANCELLED
         time.sleep(0.6)
-        assert next(job for job in work.jobs()).state is State.CANCELLED
+        assert next(job for job in jobs(club)).state is State.CANCELLED
     assert sorted(path.name for path in club.folder_of(session).iterdir()) == before
 
 
@@ -113,11 +115,11 @@ def test_two_at_a_time_and_one_for_a_session_but_a_camera_goes_on_beside(club, m
     sessions = [club.add_session(f"{k}", "2026-11-17", "1", None) for k in range(3)]
     work = WorkQueue(club)
     made = begun(work, monkeypatch)
-    first = work.submit("track", sessions[0])
-    work.submit("estimate", sessions[0])
-    camera = work.submit("record", sessions[0], "0")
+    first = submit(club, "track", sessions[0])
+    submit(club, "estimate", sessions[0])
+    camera = submit(club, "record", sessions[0], "0")
     for session in sessions[1:]:
-        work.submit("track", session)
+        submit(club, "track", session)
     work._begin()
     assert set(made) == {first.id, camera.id}
     assert len(made) == MOST
@@ -129,24 +131,23 @@ def test_work_whose_process_was_ended_is_done_again_but_not_for_ever(club, monke
     session = club.add_session("Tuesday", "2026-11-17", "1", None)
     work = WorkQueue(club)
     made = begun(work, monkeypatch)
-    number = work.submit("track", session).id
+    number = submit(club, "track", session).id
     for _ in range(MAX_LOSSES + 1):
         work._begin()
         made[number].alive = False
-        work._reap()
-    (job,) = work.jobs()
+        work._end()
+    (job,) = jobs(club)
     assert job.state is State.FAILED
-    assert "was ended" in job.problem
+    assert "was killed" in job.problem
 
 
 def test_a_page_that_watches_receives_what_has_changed(club):
     session = club.add_session("Tuesday", "2026-11-17", "1", None)
-    work = WorkQueue(club)
 
     async def watch():
-        result = events(club, work, session)
+        result = events(club, Event(), session)
         first = await anext(result)
-        work.submit("track", session)
+        submit(club, "track", session)
         second = await anext(result)
         await result.aclose()
         return first, second
@@ -171,8 +172,7 @@ def test_a_time_is_shown_no_more_exactly_than_it_is_known():
 
 def test_a_remaining_time_is_reported_only_while_estimates_agree(club, monkeypatch):
     session = club.add_session("Tuesday", "2026-11-17", "1", None)
-    work = WorkQueue(club)
-    number = work.submit("track", session).id
+    number = submit(club, "track", session).id
     now = 100.0
     monkeypatch.setattr("agents.app.work.jobs.time.monotonic", lambda: now)
     reported = Reported(club, number)
@@ -184,7 +184,7 @@ def test_a_remaining_time_is_reported_only_while_estimates_agree(club, monkeypat
         for k in range(seconds):
             now += 1.0
             reported("at it", begin + rate * (k + 1))
-            found.append(work.those([number])[0].left)
+            found.append(jobs_by_number(club, [number])[0].left)
         return found
 
     first = left(0.04, 12)
@@ -206,7 +206,8 @@ def test_a_film_whose_tracking_is_cancelled_waits_again(club, monkeypatch):
         connection.execute("update film set state = 'running'")
     work = WorkQueue(club)
     begun(work, monkeypatch)
-    number = work.submit("track", session).id
+    number = submit(club, "track", session).id
     work._begin()
-    work.cancel(number)
+    cancel(club, number)
+    work._end()
     assert club.film(film.id).state is State.WAITING

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from agents.app import Part, WorkQueue, keep_part, removed_in, take_film
+from agents.app import Part, jobs, keep_part, removed_in, take_film
 from agents.app.club.club import added
+from agents.app.club.films import marks_of
 from agents.app.views.progress import state_of
 from agents.app.work import tracking
 from curling_env.sheet import PAPER_SHEET
 from curling_env.trajectory import Trajectory, read_tracks
 from friction_estimation.camera import CORNERS, load_scene, save_scene
 from friction_estimation.camera.scene import Scene
+from friction_estimation.film import film_writer
+from friction_estimation.tracking.films.steady_film import scene_mismatch_error
 from friction_estimation.tracking.films.tracked_film import TrackedFilm
 
 CLICKS = {"home_left": (100, 600), "home_right": (1100, 600), "away_right": (700, 100)}
@@ -46,7 +50,8 @@ def filmed(club):
     film = take_film(club, session, path)
     part = Part(throws=[[track(10.0)], [track(80.0)]], handles=[[None], [None]])
     with club.database.writing() as connection:
-        connection.execute("update film set state = 'done' where id = ?", (film.id,))
+        marks = marks_of(club, club.camera(camera))
+        connection.execute("update film set state = 'done', marks = ?", (marks,))
     keep_part(club, session, film, part)
     with club.database.writing() as connection:
         connection.execute("update throw set called = 'draw ' || part, note = 'n' || part")
@@ -87,7 +92,7 @@ def test_other_marks_track_a_film_again_and_entries_follow_their_throws(
     from agents.app.screens.marking import _save
 
     _save(club, club.camera(session.camera_id), replace(scene, points_px=scene.points_px + 7.0))
-    (result,) = state_of(club, WorkQueue(club), session)["films"]
+    (result,) = state_of(club, session)["films"]
     assert result["state"] == "again"
     assert "tracked with other marks" in visitor.get(f"throws/{session.id}").text
     # Another throw is found before both, a little later in the film, and half a metre to the right.
@@ -100,8 +105,60 @@ def test_other_marks_track_a_film_again_and_entries_follow_their_throws(
     assert [one.called for one in throws] == ["draw 0", "draw 1", ""]
     rests = {one.throw: one.xy[-1, 0] for one in read_tracks(club.tracks_of(session))}
     assert rests == {0: 0.5, 1: 0.5, 2: 0.5}
-    (result,) = state_of(club, WorkQueue(club), session)["films"]
+    (result,) = state_of(club, session)["films"]
     assert result["state"] == "done"
+
+
+def test_a_film_of_another_camera_is_marked_in_the_app(
+    club, visitor, filmed, work_off, monkeypatch
+):
+    session, film = filmed
+    club.change("film", film.id, state="waiting")
+
+    def refused(films, scene, **_):
+        raise scene_mismatch_error(SimpleNamespace(disagreeing=("rings",)), Path(films[0]))
+
+    monkeypatch.setattr(tracking, "track_each", refused)
+    visitor.post(f"practice/{session.id}/work", {"kind": "track"})
+    work_off(club)
+    (result,) = state_of(club, session)["films"]
+    assert (result["state"], result["mark"]) == ("failed", True)
+    assert result["remark"].endswith("mark the sheet again in this film")
+    assert "`" not in result["remark"]  # no command
+
+
+def test_marks_that_are_corrected_track_the_film_again_while_the_page_is_open(
+    browser, club, filmed, serve_club, work_off, monkeypatch
+):
+    session, film = filmed
+    path = club.path(film.file)
+    path.unlink()
+    with film_writer(path, (1280, 720), 4.0) as writer:
+        for _ in range(3):
+            writer.write(np.full((720, 1280, 3), 90, np.uint8))
+    monkeypatch.setattr(tracking, "track_each", tracker(track(10.0, 0.5), track(80.0, 0.5)))
+    moved = {name: [u + 20.0, v + 10.0] for name, (u, v) in CLICKS.items()}
+    with serve_club(club) as address:
+        page = browser.new_page(viewport={"width": 1366, "height": 768})
+        page.goto(f"{address}practice/{session.id}")
+        line = page.locator("#films li")
+        line.get_by_text("2 throws").wait_for()
+        with page.context.expect_page() as opened:
+            page.get_by_role("link", name="Check the marks").click()
+        saved = opened.value.evaluate(
+            """async (clicks) => (await fetch("save", {
+                method: "POST", body: JSON.stringify({ clicks }) })).json()""",
+            moved,
+        )
+        assert saved == {"problem": None}
+        line.get_by_text("tracked with other marks; will be tracked again").wait_for()
+        page.locator("#jobs").get_by_text("Tracking: waiting").wait_for()
+        assert work_off(club) == ["track"]
+        line.get_by_text("2 throws").wait_for()
+        page.goto(f"{address}throws/{session.id}/1")
+        assert page.get_by_label("Note").input_value() == "n0"
+        assert "50 cm right" in page.locator("table.what").inner_text()
+        page.context.close()
 
 
 def test_a_throw_with_entries_that_is_no_longer_found_can_be_seen(club, filmed):
@@ -121,7 +178,7 @@ def test_ice_that_was_estimated_from_films_is_estimated_again_with_them(
     monkeypatch.setattr(tracking, "track_each", tracker(track(10.0), track(80.0)))
     visitor.post(f"practice/{session.id}/work", {"kind": "track"})
     work_off(club)
-    assert [job.kind for job in WorkQueue(club).jobs(session)] == ["estimate", "track"]
+    assert [job.kind for job in jobs(club, session)] == ["estimate", "track"]
 
 
 def test_a_throw_that_is_found_twice_counts_once(club, filmed):

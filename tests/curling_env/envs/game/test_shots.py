@@ -157,8 +157,8 @@ def test_the_two_team_game_has_shots_and_masks(kind):
     ("settings", "says"),
     [
         ({"actions": "shot"}, "actions must be 'throws' or 'shots'"),
-        ({"sweeping": "action"}, "shots have no sweeping"),
-        ({"choices": "action"}, "shots have no sweeping and no choices"),
+        ({"sweeping": "action"}, "sweeping and choices as actions need"),
+        ({"choices": "action"}, "sweeping and choices as actions need"),
     ],
 )
 def test_settings_that_make_no_sense_are_refused(settings, says):

@@ -128,7 +128,7 @@ def test_a_camera_is_questioned_where_the_picture_contradicts_it(tmp_path):
     ("change", "words"),
     [
         (lambda m: {k: m[k] for k in list(m)[:3]}, "click 1 more"),
-        (lambda m: {**m, "moon": (1, 1)}, "no such keypoint of the ice: moon"),
+        (lambda m: {**m, "moon": (1, 1)}, "unknown keypoint 'moon'; expected one of "),
         (lambda m: {**m, "home_left": m["home_right"], "home_right": m["home_left"]}, "cross"),
         (lambda m: {**m, "home_left": (-40.0, 700.0)}, "outside the image"),
     ],
@@ -153,7 +153,7 @@ def test_clicking_continues_from_a_scene(seen, tmp_path):
 def test_clicking_does_not_continue_from_a_point_without_a_name(seen):
     path, _, scene = seen
     moved = replace(scene, sheet_points=scene.sheet_points + np.array([0.1, 0.0]))
-    with pytest.raises(InputError, match="only corners and crossings"):
+    with pytest.raises(InputError, match="expected a corner or a crossing of lines"):
         Annotation.from_scene(path, moved)
 
 
@@ -212,6 +212,31 @@ def test_the_page_makes_a_scene(annotation, seen, page, tmp_path):
     assert made.has_corners
     # A click hits a pixel of the screen, which here is about one of the picture.
     assert np.abs(made.points_px - scene.points_px).max() < 1.0
+
+
+def test_marks_with_a_problem_are_not_confirmed_in_green(annotation, seen, page):
+    clicks = clicks_at(seen[1], CORNERS)
+    problems = ["The home left is 25 px from where the paint puts it: move it onto the paint."]
+    found = {}
+
+    def answer(route):
+        """The camera of the clicks, and a check against the paint that takes no time."""
+        if json.loads(route.request.post_data)["paint"]:
+            paint = {"paint_px": 0.9, "disagreeing": [], "better": None, "problems": problems}
+            route.fulfill(json=found | paint)
+        else:
+            reply = route.fetch()
+            found.update(reply.json())
+            route.fulfill(response=reply)
+
+    with served(annotation, page):
+        page.route("**/solve", answer)
+        page.evaluate("clicks => { Object.values(clicks).forEach(addClick); }", clicks)
+        page.wait_for_selector("#state.error")
+        assert page.inner_text("#state") == problems.pop()
+        page.evaluate("() => solve(true)")
+        page.wait_for_selector("#state.good, #state.warning")
+        assert "Every ring and line in view is where it should be" in page.inner_text("#state")
 
 
 def test_a_keypoint_is_selected_on_the_small_sheet(annotation, seen, page):

@@ -14,7 +14,7 @@ from friction_estimation.discovery import measurement_effects_through, remarks
 from friction_estimation.synthetic import named_camera, scene_of
 
 SIZE = (1920, 1080)
-NO_SCENE = "The lens was judged without the camera's scene"
+NO_SCENE = "The lens was tested without the camera's scene"
 
 
 def seen_through_a_wrong_lens(tracks, name, rng):

@@ -29,7 +29,7 @@ def track(rows: int = 20, seconds: float = 10.0, throw: int = 0) -> Trajectory:
         ([track(), track(rows=20_001, throw=7)], "throw 7 has 20001 rows"),
         ([track(seconds=901.0)], "throw 0 lasts 901 s"),
         ([track(throw=k) for k in range(1001)], "1001 throws are too many"),
-        ([track(), track(throw=2), track(throw=2)], "two tracks are of throw 2 and stone 0"),
+        ([track(), track(throw=2), track(throw=2)], "two tracks have throw 2 and stone 0"),
     ],
 )
 def test_more_than_a_session_is_refused(tracks: list[Trajectory], complaint: str) -> None:

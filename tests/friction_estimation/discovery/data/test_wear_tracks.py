@@ -131,7 +131,7 @@ def test_wear_that_is_left_out_costs_what_a_fit_says(worn_fit):
     around = nearby(worn_fit, [label])
     spread = worn_fit.model.spread
     have, lack = (Combination(effects=frozenset(e), spread=spread) for e in ([label], []))
-    loss = around.fall_short(lack) - around.fall_short(have)
+    loss = around.minimum_cost(lack) - around.minimum_cost(have)
     without = refit(worn_fit, worn_fit.model.without(label))
     assert loss == pytest.approx(without.deviance - worn_fit.deviance, rel=0.2)
 

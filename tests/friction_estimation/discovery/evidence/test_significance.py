@@ -13,13 +13,13 @@ from friction_estimation.discovery import (
     Term,
     base_model,
     fit_with_noise,
-    follows_most,
     friction_structure,
     neutral_values,
     open_session,
     own_frictions,
     p_of_mean,
     refit,
+    strongest_correlation,
 )
 from friction_estimation.discovery.evidence.significance import (
     own_values,
@@ -42,7 +42,7 @@ def test_the_chance_of_one_column_is_that_of_pearsons_correlation(rng):
     column = rng.normal(size=(12, 1))
     values = 0.5 * column[:, 0] + rng.normal(size=12) + 7.0
     expected = pearsonr(column[:, 0], values).pvalue
-    assert follows_most(column, values) == (0, pytest.approx(expected))
+    assert strongest_correlation(column, values) == (0, pytest.approx(expected))
 
 
 def test_the_mean_improvement_is_tested_by_students_t():
@@ -63,8 +63,8 @@ def test_more_columns_prove_less(rng):
     columns = rng.normal(size=(12, 5))
     values = columns[:, 3] + 0.3 * rng.normal(size=12)
     expected = pearsonr(columns[:, 3], values).pvalue
-    assert follows_most(columns, values) == (3, pytest.approx(5 * expected))
-    chance = [follows_most(columns, rng.normal(size=12))[1] for _ in range(400)]
+    assert strongest_correlation(columns, values) == (3, pytest.approx(5 * expected))
+    chance = [strongest_correlation(columns, rng.normal(size=12))[1] for _ in range(400)]
     assert np.mean(np.array(chance) < 0.05) < 0.09
 
 
@@ -74,8 +74,8 @@ def test_a_throw_without_weight_does_not_count(rng):
     weights[4] = 0.0
     odd = values.copy()
     odd[4] = 100.0
-    assert follows_most(columns, odd, weights) == pytest.approx(
-        follows_most(columns, values, weights)
+    assert strongest_correlation(columns, odd, weights) == pytest.approx(
+        strongest_correlation(columns, values, weights)
     )
 
 

@@ -11,7 +11,7 @@ from friction_estimation.discovery import (
     refit,
     score_candidates,
 )
-from friction_estimation.discovery.search.selection import refine, with_patches_sought_again
+from friction_estimation.discovery.search.selection import refine, with_patches_relocated
 
 from ..conftest import effect
 
@@ -34,7 +34,7 @@ def test_the_patch_is_found_where_it_is(make_session):
     # One that was misplaced, while something else was missing, is sought again.
     misplaced = found.with_values(y_min=-0.6, y_max=-0.3, factor=2.0)
     beside = refit(fitted, fitted.model.with_terms(misplaced))
-    again = with_patches_sought_again(beside)
+    again = with_patches_relocated(beside)
     assert again.deviance < beside.deviance - 100.0
     placed = again.model.term(found.label).values
     assert abs(placed["y_min"] + 4.0) < 0.5

@@ -61,7 +61,7 @@ def test_no_stone_is_found_on_empty_ice_with_letters(club_photo, known):
 
 
 def test_a_picture_of_another_size_is_refused(club_photo, known):
-    with pytest.raises(InputError, match=r"the picture has .* px, the scene is of"):
+    with pytest.raises(InputError, match=r"expected a picture of .* px as in the scene"):
         find(club_photo.picture[:-4], known)
 
 

@@ -199,7 +199,7 @@ def test_estimate_takes_films_of_two_cameras(curling, sliding, tmp_path, monkeyp
     assert not any(path.suffix == ".unfinished" for path in tmp_path.iterdir())
     three = curling("estimate", *films, films[0], *call[3:])
     assert three.status == 2
-    assert "one scene for all films or one for each: 3 films, 2 scenes" in three.err
+    assert "expected one scene for all 3 films or one for each, got 2" in three.err
     table = tmp_path / "tracks.csv"
     write_tracks(table, thrown)
     for option, value in (("--scene", scenes[0]), ("--slow", 4)):

@@ -31,13 +31,13 @@ def at_spread(around, *labels):
 
 def test_taking_an_effect_out_or_in_costs_what_a_fit_says(around):
     fitted = around.fitted
-    whole = around.fall_short(at_spread(around, "slope"))
+    whole = around.minimum_cost(at_spread(around, "slope"))
     without = refit(fitted, fitted.model.without("slope"))
-    loss = around.fall_short(at_spread(around)) - whole
+    loss = around.minimum_cost(at_spread(around)) - whole
     assert loss == pytest.approx(without.deviance - fitted.deviance, rel=0.1)
     curl = around.model.term("curl")
     with_curl = refit(fitted, fitted.model.with_terms(curl))
-    gain = whole - around.fall_short(at_spread(around, "slope", "curl"))
+    gain = whole - around.minimum_cost(at_spread(around, "slope", "curl"))
     assert gain == pytest.approx(fitted.deviance - with_curl.deviance, abs=1.0)
 
 
@@ -55,7 +55,7 @@ def test_an_effect_of_the_ice_is_worth_more_than_one_that_is_not_there(around):
 def test_a_push_does_what_the_effect_did(around):
     push = Following("", "across the sheet")
     bare = replace(at_spread(around), pushes={push: 0.3})
-    assert around.fall_short(bare) < around.fall_short(at_spread(around)) - 10
+    assert around.minimum_cost(bare) < around.minimum_cost(at_spread(around)) - 10
     pushed = around.pushed(bare, 1.0)
     assert pushed.pushes is not None
     x = around.fitted.model.term("slope").values["x"]
@@ -74,14 +74,14 @@ def test_throws_left_out_are_worse_than_those_that_were_fitted(around):
     made = at_spread(around, "slope")
     scores = around.scores(made, 1.0)
     assert scores.shape == (len(around.fitted.session),)
-    assert scores.sum() > around.fall_short(made) - 50
+    assert scores.sum() > around.minimum_cost(made) - 50
     assert (scores > 0).all()
 
 
 def test_information_that_a_push_may_take_over_is_that_on_what_it_copies(around):
     push = Following("", "across the sheet")
     made = replace(at_spread(around, "slope"), pushes={push: 1.0})
-    lost = np.diag(around.taken_over(made))
+    lost = np.diag(around.absorbed_information(made))
     names = around.fitted.model.names
     x, y = names.index(("slope", "x")), names.index(("slope", "y"))
     result = np.diag(around.quadratic(made).gram)
