@@ -40,10 +40,10 @@ def corrected(monkeypatch, values, errors, given):
 @pytest.mark.parametrize(
     ("strength", "sentences"),
     [
-        (0.0100, ["As to the model given, curl is 25 % stronger than given."]),
-        (0.0060, ["As to the model given, curl is 25 % weaker than given."]),
-        (-0.004, ["As to the model given, the strength of curl is -0.004 and not 0.008."]),
-        (0.0091, ["As to the model given, curl is 14 % stronger than given."]),
+        (0.0100, ["In the given model, curl is 25 % stronger than given."]),
+        (0.0060, ["In the given model, curl is 25 % weaker than given."]),
+        (-0.004, ["In the given model, the strength of curl is -0.004, not 0.008."]),
+        (0.0091, ["In the given model, curl is 14 % stronger than given."]),
         (0.0089, []),
     ],
 )
@@ -62,7 +62,7 @@ def test_a_strength_is_corrected_if_three_standard_errors_say_so(monkeypatch, st
 def test_sweeping_lengthens_or_shortens_a_draw():
     further = verdict.gain_in_words({"value": 1.234, "stderr": 0.1})
     assert further.endswith("runs 1.23 ± 0.10 m further")
-    assert verdict.gain_in_words({"value": -0.5, "stderr": 0.1}).endswith("0.50 ± 0.10 m less far")
+    assert verdict.gain_in_words({"value": -0.5, "stderr": 0.1}).endswith("0.50 ± 0.10 m shorter")
 
 
 @pytest.mark.parametrize(
