@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ STRENGTH = "curl", "strength"
 EXPONENT = "curl", "speed_exponent"
 
 
-def corrected(monkeypatch, values, errors, given):
+def corrected(monkeypatch, values, errors, given) -> Any:
     """Return a discovery that corrects the curl of a given ice, and names sweeping beside it."""
     card = catalogue()["curl"]
     term = Term(card=card, values=values, free=tuple(name for _, name in errors))
