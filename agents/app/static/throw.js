@@ -13,7 +13,7 @@ function setMode() {
   for (const part of document.querySelectorAll("[data-mode]")) part.hidden = !part.dataset.mode.split(" ").includes(state.mode);
   for (const id of ["ice", "skill", "to", "handle"]) $(id).value = state[id];
   $("to").disabled = state.mode === "play";
-  $("settings-chosen").textContent = `${$("ice").selectedOptions[0].textContent}; ${$("skill").selectedOptions[0].textContent}`;
+  $("settings-chosen").textContent = $("ice").selectedOptions[0].textContent;
   $("scoreboard").hidden = state.mode !== "play" || !state.game;
   $("in-play").hidden = !state.game;
   $("game-form").open = !state.game;

@@ -77,7 +77,7 @@ def test_the_projects_configurations_are_all_understood(name: str) -> None:
 @pytest.mark.parametrize(
     ("wrong", "workers", "words"),
     [
-        ({"target_kl": 0.1}, 1, "does not have target_kl"),
+        ({"target_kl": 0.1}, 1, "does not support target_kl"),
         ({"clip_range": "lin_0.2"}, 1, "no schedule for clip_range"),
         ({}, 3, "n_envs 8 cannot be divided evenly among 3 workers"),
     ],

@@ -65,7 +65,7 @@ def test_options_of_a_reset_reach_the_environments():
     np.testing.assert_array_equal(many.reset()[:, 0], [np.float32(0.5 / 2.25)] * 2)
     assert many.get_attr("throws") == [1, 1]
     many.set_options([{"target": (0.5, 0.5)}, {}])
-    with pytest.raises(InputError, match="the same options"):
+    with pytest.raises(InputError, match="the same reset options"):
         many.reset()
 
 

@@ -104,13 +104,13 @@ def test_clicks_that_say_nothing_are_refused(club_photo, marks, message):
 def test_clicks_on_the_wrong_things_are_found_out(club_photo):
     tee, hog = clicks(club_photo).values()
     swapped = {"away_tee": hog, "away_hog_centre": tee}
-    with pytest.raises(InputError, match="clicked|check the clicks"):
+    with pytest.raises(InputError, match="check the marks|near the marks"):
         camera_from_photo(club_photo.empty, swapped)
 
 
 def test_a_photo_without_paint_is_refused(club_photo):
     blank = np.random.default_rng(1).normal(200, 3, club_photo.empty.shape)
-    with pytest.raises(InputError, match="clicked|check the clicks"):
+    with pytest.raises(InputError, match="check the marks|near the marks"):
         camera_from_photo(blank.astype(np.uint8), clicks(club_photo))
 
 

@@ -84,7 +84,7 @@ def test_tracks_of_the_next_sheet_leave(make_session):
         tracks[k] = replace(tracks[k], xy=tracks[k].xy + np.array([5.0, 0.0]))
     found = discover(tracks)
     assert names(found) == ["curl"]
-    assert sum("another sheet" in reason for reason in found.session.left_out) == 3
+    assert sum("check its scene and sheet" in reason for reason in found.session.left_out) == 3
 
 
 def test_two_sheets_in_one_frame_are_not_an_effect(make_session):
@@ -102,7 +102,7 @@ def test_nothing_on_the_sheet_is_one_line(curling, make_session, tmp_path):
     result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / "found")
     assert "no throw lies on the sheet" in result.complaint
     assert not (tmp_path / "found" / "report.json").exists()
-    with pytest.raises(InputError, match="another scene"):
+    with pytest.raises(InputError, match="check its scene"):
         open_session(tracks)
 
 

@@ -58,7 +58,7 @@ def test_few_throws_name_nothing_and_say_so(make_session):
     found = discover(make_session([effect("curl", strength=0.008)], throws=6))
     report = document(found)
     assert report["effects"] == []
-    assert "fewer than 8" in report["verdict"]
+    assert "8 or more" in report["verdict"]
 
 
 def test_outside_the_catalogue_is_unknown_and_not_a_name(make_session, without_effects):

@@ -82,7 +82,7 @@ def test_its_file_alone_makes_it_named_sized_and_drawn(make_session, trough, tmp
     assert "to the side" in figure.axes[0].get_ylabel()
     write_report_page(found, report, tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
-    assert "Where ice that is lower in the middle shows" in page
+    assert "Evidence for ice that is lower in the middle" in page
 
 
 def test_an_agent_observes_it(trough):

@@ -188,7 +188,7 @@ def test_films_are_numbered_in_order_and_progress_is_reported(club):
     found = list(track_each(films, scene, tracker=stand_in, progress=lambda *k: result.append(k)))
     assert [(one.thrown.throw, one.thrown.stone) for one in found] == [(0, 0), (1, 0)]
     assert result == [("a.mp4", 1.0), ("b.mp4", 1.0)]
-    with pytest.raises(InputError, match="2 films, 3 scenes"):
+    with pytest.raises(InputError, match="all 2 films or one for each, got 3"):
         track_each(films, [scene] * 3, tracker=stand_in)
 
 

@@ -126,7 +126,7 @@ def test_one_camera_is_not_joined(throw):
     ("options", "message"),
     [
         ([], "expected the films of two or more cameras"),
-        (["b.mp4", "c.mp4", "--scene", "a.json"], "3 films, 2 scenes"),
+        (["b.mp4", "c.mp4", "--scene", "a.json"], "all 3 films or one for each, got 2"),
     ],
 )
 def test_films_and_scenes_that_do_not_fit_are_refused(options, message, tmp_path, curling):

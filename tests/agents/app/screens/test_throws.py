@@ -286,6 +286,7 @@ def test_throws_of_an_earlier_version_are_measured_at_the_next_start(visitor, cl
     before = [throw.measures for throw in club.throws(session)]
     with club.database.writing() as connection:
         connection.execute("update throw set measures = null, measured_of = ''")
+        connection.execute("alter table session add column draws text")
         connection.execute(f"pragma user_version = {len(VERSIONS) - 1}")
     finish_files(Club(club.folder))
     assert [throw.measures for throw in club.throws(session)] == before

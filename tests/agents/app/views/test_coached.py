@@ -85,7 +85,7 @@ def test_both_pages_compare_two_ices_in_the_same_words(visitor, evening):
     coached = plain(visitor.get(f"hand-or-ice/{session.id}").text)
     words = re.search(r"Today’s ice against that of Before: (.*?)\. Weight, line", coached)[1]
     assert " end " in words  # the ice has changed by another amount towards either end
-    assert f"Before, 2026-11-01: {words}" in plain(visitor.get(f"ice/{session.id}").text)
+    assert f"Before, 2026-11-01 : {words}" in plain(visitor.get(f"ice/{session.id}").text)
 
 
 def test_it_is_worked_out_beside_the_server_and_kept_until_something_changes(
@@ -191,6 +191,10 @@ def test_athletes_have_their_bias_and_their_hand_can_be_planned_with(visitor, ev
     answer = visitor.send("throw/plan", {**target, "skill": f"athlete:{ids['Bo']}"})
     assert answer.status == 200
     assert answer.document["skill"]["name"] == "Bo"
+    habit = answer.document["habit"]
+    late, aim = re.match(r"Bo is usually ([\d.]+) s heavy: aim for ([\d.]+) s", habit).groups()
+    weight = answer.document["call"]["hog_to_hog_s"]
+    assert float(aim) - float(late) == pytest.approx(weight, abs=0.11)
     assert 0.01 < answer.document["skill"]["sigma_speed"] < 0.08
     assert "athlete:99" in visitor.send("throw/plan", {**target, "skill": "athlete:99"}).text
 
