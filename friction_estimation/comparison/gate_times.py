@@ -84,17 +84,18 @@ class GateComparison(NamedTuple):
         return found
 
     def in_words(self) -> str:
-        """Describe in a sentence how well the ice predicts."""
-        count = "one throw" if len(self.rethrows) == 1 else f"{len(self.rethrows)} throws"
-        parts: list[str] = []
-        for direction, means in self.summary()["directions"].items():
-            if means["kept_less_predicted"] is not None:
-                parts.append(
-                    f"{means['kept']:.3f} of the speed is kept to the {direction} end, "
-                    f"{means['predicted_kept']:.3f} on this ice"
-                )
-        words = "; ".join(parts) or "no beam was broken at both hog lines measurably"
-        return f"{count}, at equal times from hog line to hog line: {words}"
+        """Describe in a sentence how well the ice predicts; both directions count alike."""
+        one = len(self.rethrows) == 1
+        count, whose = ("one throw", "its") if one else (f"{len(self.rethrows)} throws", "their")
+        ways = [w for w in self.summary()["directions"].values() if w["kept"] is not None]
+        if not ways:
+            return f"{count}: no beam was broken at both hog lines measurably"
+        kept = np.mean([way["kept"] for way in ways])
+        predicted = np.mean([way["predicted_kept"] for way in ways])
+        return (
+            f"{count} kept {kept:.2f} of {whose} speed from hog line to hog line, and would keep "
+            f"{predicted:.2f} on this ice"
+        )
 
 
 def _means(throws: Sequence[GateRethrow]) -> dict[str, Any]:

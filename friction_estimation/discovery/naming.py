@@ -36,6 +36,7 @@ from friction_estimation.discovery.tuning import (
     LARGEST_SPREAD,
     LEAST_CLOSURE,
     MEMORY_BOUNDS,
+    MOST_VARIABLES,
     NEARLY_LONGEST,
 )
 
@@ -192,11 +193,14 @@ def _without_pushes(fitted: SessionFit, session: Session) -> SessionFit:
 
 
 def _with_structure(dependences: list[Dependence], structure: Structure) -> list[Dependence]:
-    """Return the variables that the unknown follows within throws, and the one between them."""
+    """Return the variables that the unknown follows within throws, and the one between them: three
+    at most.
+    """
     variable, p = structure[0].partition(" ")[0].replace("direction", "y"), structure[1]
+    between = [Dependence(variable=variable, share=0.0, p=p, push="along")]
     if p > LARGEST_P_BETWEEN_THROWS or variable in {d.variable for d in dependences}:
-        return dependences
-    return [*dependences, Dependence(variable=variable, share=0.0, p=p, push="along")]
+        between = []
+    return [*dependences, *between][:MOST_VARIABLES]
 
 
 def _with_correlated_noise(named: SessionFit, after: Misfit) -> tuple[SessionFit, Misfit]:

@@ -24,6 +24,7 @@ from friction_estimation.discovery.verdict import (
     metres_gained,
     number,
     remarks,
+    scatter_in_words,
     sentence,
 )
 
@@ -199,7 +200,8 @@ def _undecidable(found: Discovery) -> dict[str, Any]:
 def _unknown(found: Discovery) -> dict[str, Any]:
     return _effect(
         "unknown",
-        "; ".join(f"a push {d.push} that follows {d.variable}" for d in found.dependences)
+        "; ".join(f"a push {d.push} that follows {d.followed}" for d in found.dependences)
+        or scatter_in_words(found)
         or "no single variable stands out",
         {
             "slow_misfit": number(found.after.ratio),

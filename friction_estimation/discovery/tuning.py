@@ -64,26 +64,18 @@ HIGHEST_FRAME_RATE = 40.0
 """Rows per second kept of faster films [1/s]: a slide is smooth over 25 ms."""
 LEAST_HEADINGS = 10
 """Minimum number of rows with a heading for a measured spin."""
-SURE_BEND = 5.0
-"""Minimum significance of paths that bend with the rotation [standard errors]."""
 USUAL_SPIN = 1.5
 """Spin of a throw whose heading was never measured [rad/s]."""
 USUAL_SPIN_SIGMA = 0.6
-"""Prior standard deviation of that spin [rad/s]: one to three turns."""
-LEAST_USUAL_SPIN = 0.3
-"""Minimum of that spin, on the side of the path's bend [rad/s]. If a spin near zero changes its
-sign, the path changes abruptly, and the fit may not converge.
-"""
-USUAL_FRICTION = 0.009
-"""Initial μ of a plain baseline: that of a draw of 25 s."""
+"""Prior standard deviation of that spin [rad/s]: one to three turns. The spin is at least the usual
+one less two of these, on the side of the path's bend: if a spin near zero changes its sign, the
+path changes abruptly, and the fit may not converge."""
 
 # --- references --------------------------------------------------------------------------------
 LENGTH_ERROR = 0.02
 """Usual standard error of a length in the tracks [m]: the width of a line."""
 CLOCK_ERROR = 0.2
 """Usual standard error of an interval by a stopwatch [s]."""
-CLEARLY_OFF = 3.0
-"""Standard errors by which a calibration factor must differ from one to be named."""
 
 # --- systematic errors of the camera -----------------------------------------------------------
 SYSTEMATIC_LENGTH = 7.0
@@ -160,23 +152,22 @@ MOST_BETWEEN_THROWS_TRIALS = 2
 MOST_EFFECTS = 4
 """Number of effects after which a selection continues only if the residuals are nearly noise:
 larger ones belong to an unknown effect, which further names would copy."""
-MOST_ADDITIONS = 6
-"""Maximum number of effects that a selection adds. Early ones may turn out to be copies of others
-and are dropped again, so more are added than named."""
 ASTRAY = 20.0
 """Slow misfit over that of noise above which a selection is repeated: a missing known effect leaves
 a few at most."""
 STILL_BELIEVED = 0.7
 """Standard error over the prior's above which a parameter counts as assumed, not measured."""
-CLEARLY_CHANGED = 2.0
-"""Minimum significance of a changed parameter of a given model [standard errors]."""
+CLEARLY_OFF = 3.0
+"""Minimum significance of a correction of the given model, or of the lengths or times of the tracks
+[standard errors]."""
 CLEARLY_SEEN = 5.0
-"""Minimum significance of an effect that would have been named [standard errors]."""
+"""Minimum significance of an effect that would have been named, and of paths that bend with the
+rotation [standard errors]."""
 
 # --- patches -----------------------------------------------------------------------------------
 PATCH_CELL = (0.25, 1.0)
 """Width and length of the cells of the search for a patch [m]: paths of stones are rarely closer to
-each other."""
+each other. The length is also the prior standard deviation of a side about its placed position."""
 LONGEST_PATCH = 16.0
 """Maximum length of a patch [m]."""
 SIDE_SHIFTS = tuple(
@@ -184,9 +175,6 @@ SIDE_SHIFTS = tuple(
 )
 """Shifts of a side of a patch that are tried [m]. Between two lanes on which stones ran the fit may
 be worse than on either, if the map has absorbed a part."""
-SIDE_SIGMA = 1.0
-"""Prior standard deviation of a side of a patch about its placed position [m]: about a cell of the
-search for patches."""
 NARROWEST_PATCH = 0.15
 """Minimum width of a patch [m]: a stone's running band."""
 

@@ -14,8 +14,12 @@ from friction_estimation.discovery.data.references import QUANTITIES
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.intervals import standard_errors
 from friction_estimation.discovery.model.candidates import card_of, way_of
-from friction_estimation.discovery.tuning import CLEARLY_CHANGED, LEAST_THROWS
+from friction_estimation.discovery.tuning import CLEARLY_OFF, LARGEST_SPREAD, LEAST_THROWS
 
+GATES_SHOW = (
+    "Gate times show one friction for the sheet and its dependence on speed, but no sweeping; "
+    "differences from place to place and forces across the sheet need tracks from film."
+)
 NO_HEADING = "No heading was measured, so curl and spin remain unknown."
 ONE_WAY = (
     "All throws went one way: a slope along the sheet cannot be distinguished from friction until "
@@ -83,9 +87,19 @@ def _missing_effects(found: Discovery) -> list[str]:
         named.setdefault(readable(effect.label), []).extend(others)
     lacking = [" or else ".join(dict.fromkeys([name, *others])) for name, others in named.items()]
     if found.unknown:
-        variables = [_in_words(d.variable) for d in found.dependences]
-        lacking.append(f"something unknown{' that follows ' * bool(variables)}{_and(variables)}")
+        variables = [_in_words(d.followed) for d in found.dependences]
+        scatter = scatter_in_words(found)
+        follows = f" that follows {_and(variables)}" if variables else ""
+        lacking.append(f"something unknown{follows or (scatter and f', by which {scatter}')}")
     return lacking
+
+
+def scatter_in_words(found: Discovery) -> str:
+    """Describe friction that differs from throw to throw; empty where more, or less, is left."""
+    spread = found.final.model.spread
+    if found.dependences or not found.after.white or spread <= LARGEST_SPREAD:
+        return ""
+    return f"friction differs by {100 * spread:.0f} % from throw to throw"
 
 
 def _off(found: Discovery) -> list[str]:
@@ -107,6 +121,7 @@ def _in_words(variable: str) -> str:
         "t": "the time since release",
         "x": "the line",
         "y": "the place along the sheet",
+        "direction": "the direction of play",
         "theta": "the heading of the handle",
         "order": "the order of play",
         "swept": "the sweeping",
@@ -171,7 +186,7 @@ def changes(found: Discovery) -> list[dict[str, Any]]:
         for name in term.free if term.name in given and term.stone is None else ():
             before = given[term.name].get(name, term.card.parameter(name).default)
             error = errors[term.label, name]
-            if before is None or abs(term.values[name] - before) < CLEARLY_CHANGED * error:
+            if before is None or abs(term.values[name] - before) < CLEARLY_OFF * error:
                 continue
             out.append(
                 {
@@ -217,7 +232,9 @@ def blind_spots(found: Discovery, *, no_heading: str = NO_HEADING) -> list[str]:
     states, turns = found.final.states, found.session.turns
     if len(np.unique(np.sign(states[:, State.VY]))) == 1:
         sentences.append(ONE_WAY)
-    if not turns.any():
+    if found.session.gates is not None:
+        sentences.append(GATES_SHOW)
+    elif not turns.any():
         sentences.append(no_heading)
     elif len(np.unique(np.sign(states[turns, State.OMEGA]))) == 1:
         sentences.append(ONE_SPIN)

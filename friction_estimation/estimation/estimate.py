@@ -19,7 +19,7 @@ from curling_env.typing import Floats
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.noise import CoordinateNoise
-from friction_estimation.discovery.verdict import blind_spots
+from friction_estimation.discovery.verdict import GATES_SHOW, blind_spots
 from friction_estimation.estimation.camera_bias import CameraBias
 from friction_estimation.tracks.free_slide import FreeSlide
 
@@ -28,10 +28,6 @@ Method = Literal["trajectory", "paper"]
 SPINS_BY_BENDS = (
     "No heading was measured: the direction of rotation is inferred from the bend of the path, "
     "and the rate of rotation is assumed."
-)
-GATES_SHOW = (
-    "Gate times show one friction for the sheet and its dependence on speed; differences from "
-    "place to place and forces across the sheet need tracks from film."
 )
 _NORMAL_95 = 1.959964
 """Standard errors on either side of the mean that hold 95 % of a normal distribution."""

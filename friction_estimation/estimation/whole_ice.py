@@ -23,7 +23,6 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.discovery.data.gates import gate_slides
 from friction_estimation.discovery.data.session import Session, open_session, refuse_too_many_cells
 from friction_estimation.discovery.discover import Discovery, ice_of, search_session
-from friction_estimation.discovery.evidence.intervals import level_error
 from friction_estimation.discovery.model.fit import SessionFit, singular_fit_refused
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.model import Model
@@ -149,7 +148,8 @@ def _estimate(
     events = [] if discovery is None else discovery.events
     kept = {*fitted.session.throws.tolist(), *events}
     friction = ice.friction
-    seen = friction.mu[friction.observed]
+    seen, level = friction.mu[friction.observed], friction.level
+    assert level is not None  # of a fit
     mu = float(friction.mu.flat[0] if uniform else np.exp(np.log(seen).mean()))
     left_out = [reason for reason in fitted.session.left_out if reason not in skipped]
     return Estimate(
@@ -157,7 +157,7 @@ def _estimate(
         method="trajectory",
         uniform=uniform,
         mu=mu,
-        sigma=mu * level_error(fitted),
+        sigma=mu * (level.sigma or float("nan")),  # rounding has lost one of zero
         slides=tuple(slide for slide in slides if slide.track.throw in kept),
         skipped=(*skipped, *left_out),
         fit=fitted if discovery is None else discovery.seen,

@@ -190,13 +190,23 @@ def headline(found: Estimate) -> str:
     speed = _speed_in_words(found.mu)
     seen = found.ice.friction.observed
     if found.uniform or not seen.any():
-        return f"This ice is {speed}: μ = {found.mu:.5f}."
+        return f"This ice is {speed}: μ = {found.mu:.5f}{_by_speed(found)}."
     mu = found.ice.friction.mu[seen]
     low, high = np.percentile(mu, [2, 98])
     return (
         f"This ice is {speed}: μ = {found.mu:.5f}, and {per_cent(low / found.mu - 1)} to "
         f"{per_cent(high / found.mu - 1)} of that in 96 % of the cells that stones crossed."
     )
+
+
+def _by_speed(found: Estimate) -> str:
+    """Errors of one friction and of its dependence on speed; empty where that was not measured."""
+    effect = found.ice.effect("speed_dependent_friction")
+    if effect is None or "exponent" not in effect.sigma or "exponent" in effect.believed:
+        return ""
+    value, sigma = effect.parameters["exponent"], effect.sigma["exponent"]
+    power = f"v^({-value:.2f} ± {sigma:.2f})".replace("-", "−")
+    return f" ± {found.sigma:.5f} at 1 m/s, and friction goes with the speed as {power}"
 
 
 def _speed_in_words(mu: float) -> str:

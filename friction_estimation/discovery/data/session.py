@@ -38,6 +38,7 @@ from friction_estimation.discovery.data.outliers import (
 from friction_estimation.discovery.data.unknown_pushes import UnknownPushes
 from friction_estimation.discovery.data.wear_tracks import WearTracks, smoothed_path
 from friction_estimation.discovery.tuning import (
+    CLEARLY_SEEN,
     FORECAST_SECONDS,
     HIGHEST_FRAME_RATE,
     LEAST_HEADINGS,
@@ -48,7 +49,6 @@ from friction_estimation.discovery.tuning import (
     MAX_THROW_SECONDS,
     SMOOTHED_JITTER,
     SMOOTHED_SPACING,
-    SURE_BEND,
     USUAL_SPIN,
 )
 from friction_estimation.tracks.contacts import contacts_of
@@ -226,7 +226,7 @@ class Session:
         spins = np.full(len(self), USUAL_SPIN)
         if len(with_turn) > 2:
             error = float(with_turn.std()) / np.sqrt(len(with_turn))
-            if abs(with_turn.mean()) > SURE_BEND * error:
+            if abs(with_turn.mean()) > CLEARLY_SEEN * error:
                 spins = np.where(bends * with_turn.mean() < 0, -USUAL_SPIN, USUAL_SPIN)
         return replace(self, usual_spins=spins)
 

@@ -75,8 +75,10 @@ def separating_throw(one: SessionFit, other: SessionFit) -> tuple[str, float]:
     Returns
     -------
     the throw in words, and the difference of −2 ln likelihood that it would bring; no words where
-    no throw can be made
+    no throw can be made, or light gates would time it
     """
+    if one.session.gates is not None:
+        return "", 0.0
     sheet, terms = one.model.ice.sheet, (*one.model.terms, *other.model.terms)
     throws = trial_throws(one, terms)
     session, states = lay_out(one.session, throws)

@@ -178,17 +178,6 @@ def common_errors(
     return level, {name: tuple(root[i, : i + 1].tolist()) for i, (_, name) in enumerate(names)}
 
 
-def level_error(fitted: SessionFit) -> float:
-    """Standard error of the mean ln μ of the cells that stones crossed; NaN if rounding gives a
-    negative variance.
-    """
-    field, covariance = fitted.model.map_field, _map_covariance(fitted)
-    patterns = np.empty(0) if field is None else field.patterns[field.crossed].mean(axis=0)
-    mean = np.append(1.0, patterns)
-    variance = float(mean @ covariance @ mean)
-    return variance**0.5 if variance >= 0 else float("nan")
-
-
 def _map_covariance(fitted: SessionFit) -> Floats:
     """Return the covariance of the overall friction and the coefficients of the map."""
     posterior, own = mixture(fitted), np.r_[GLOBALS.index("ln_mu"), fitted.model.map_slice]

@@ -89,7 +89,12 @@ class _Target(NamedTuple):
 def next_throws(fitted: SessionFit, count: int = 3) -> list[NextThrow]:
     """Return the most informative throws about the ice of a fit, in the order in which to make
     them.
+
+    Light gates see neither lines nor handles, in which these throws differ: after them there are
+    none.
     """
+    if fitted.session.gates is not None:
+        return []
     # As in `discover`: more threads of linear algebra only wait for each other.
     with threadpool_limits(limits=1, user_api="blas"):
         return _next_throws(fitted, count)

@@ -19,7 +19,7 @@ from friction_estimation.discovery.data.measurement import measurement_effects
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.friction_field import FrictionField
-from friction_estimation.discovery.tuning import SIDE_SIGMA, STILL_BELIEVED
+from friction_estimation.discovery.tuning import PATCH_CELL, STILL_BELIEVED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,7 +110,7 @@ class Term:
         """
         more = tuple(name for name in names if name not in self.free)
         sides = {
-            name: Belief(mean=self.values[name], sd=SIDE_SIGMA)
+            name: Belief(mean=self.values[name], sd=PATCH_CELL[1])
             for name in more
             if name in (self.card.search.area or ())
         }

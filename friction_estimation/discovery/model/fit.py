@@ -47,8 +47,9 @@ from friction_estimation.discovery.model.sensitivity import (
 from friction_estimation.discovery.tuning import (
     CONVERGED,
     LARGEST_LN_FACTOR,
-    LEAST_USUAL_SPIN,
     SPREADS,
+    USUAL_SPIN,
+    USUAL_SPIN_SIGMA,
 )
 
 
@@ -394,6 +395,7 @@ def _step(
     states = states + release_steps(linear.grams, changes[None])[0]
     blind = ~session.turns
     side = np.sign(session.usual_spins[blind])
-    spins = np.maximum(side * states[blind, State.OMEGA], LEAST_USUAL_SPIN)
+    slowest = USUAL_SPIN - 2.0 * USUAL_SPIN_SIGMA
+    spins = np.maximum(side * states[blind, State.OMEGA], slowest)
     states[blind, State.OMEGA] = side * spins
     return replace(moved, spread=spread), states, ln_factors + shift

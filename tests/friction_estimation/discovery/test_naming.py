@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from friction_estimation import discover
-from friction_estimation.discovery import Following, fit, naming
+from friction_estimation.discovery import Following, fit, naming, sentence
 
 from .conftest import effect
 
@@ -43,6 +44,11 @@ def test_throws_that_scatter_more_than_those_on_one_ice_lack_something(make_sess
     found = discover(make_session([effect("curl", strength=0.005)], throws=8, scatter=0.03))
     assert [e.label for e in found.effects] == ["curl"]
     assert found.unknown
+    assert re.match(
+        "The model lacks curl and something unknown, by which friction differs by [2-4] % from "
+        "throw to throw: fresh throws",
+        sentence(found),
+    )
 
 
 def test_without_a_heading_nothing_that_pushes_sideways_is_named_beside_an_unknown(make_session):

@@ -7,6 +7,7 @@ off their lines, beams of several heights, and noise.
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from friction_estimation import discover, estimate_ice
 from friction_estimation.comparison import compare_gate_times
 from friction_estimation.discovery.discover import Discovery
+from friction_estimation.reports import headline
 from friction_estimation.tracks import free_slides, measure_throw, read_gates
 
 SIGMA = 0.003
@@ -208,6 +210,11 @@ def test_effects_that_gates_do_not_show_are_assumed(session):
     assert curl is not None
     assert "strength" in curl.believed
     assert any("place to place" in remark for remark in found.remarks)
+    assert re.fullmatch(
+        r"This ice is of usual speed: μ = 0\.008\d\d ± 0\.000\d\d at 1 m/s, and friction goes with "
+        r"the speed as v\^\(−0\.\d\d ± 0\.0\d\)\.",
+        headline(found),
+    )
     assert found.ice.friction.is_uniform
     few, many = estimate_ice(tracks[:2]).ice.effect(EFFECT), found.ice.effect(EFFECT)
     assert few is not None
@@ -237,7 +244,8 @@ def test_discovery_names_nothing_where_there_is_nothing(gates, tmp_path, seed):
 
 def test_throws_are_compared_at_equal_times_from_hog_line_to_hog_line(session):
     _, tracks = session
-    right = compare_gate_times(tracks, load_ice("standard")).summary()["directions"]
+    compared = compare_gate_times(tracks, load_ice("standard"))
+    right = compared.summary()["directions"]
     wrong = compare_gate_times(tracks, Ice.uniform(0.002)).summary()["directions"]
     mean = np.mean([means["kept_less_predicted"] for means in right.values()])
     assert abs(mean) < 0.02
@@ -245,6 +253,14 @@ def test_throws_are_compared_at_equal_times_from_hog_line_to_hog_line(session):
         assert right[direction]["throws"] == 12
         assert wrong[direction]["kept_less_predicted"] < -0.1
         assert abs(right[direction]["hog_to_tee_less_predicted_s"]) < 0.1
+    kept, predicted = (
+        np.mean([right[way][name] for way in ("away", "home")])
+        for name in ("kept", "predicted_kept")
+    )
+    assert compared.in_words() == (
+        f"24 throws kept {kept:.2f} of their speed from hog line to hog line, and would keep "
+        f"{predicted:.2f} on this ice"
+    )
 
 
 def test_ice_of_a_club_keeps_less_speed_than_championship_ice(gates, tmp_path):
@@ -305,6 +321,8 @@ def test_a_log_is_converted_estimated_compared_and_searched(session, tmp_path, c
     assert done.status == 0, done.err
     assert [effect["name"] for effect in done.json()["effects"]] == [EFFECT]
     assert "the last gate" in done.json()["verdict"]
+    assert any("need tracks from film" in remark for remark in done.json()["remarks"])
+    assert done.json()["next_throws"] == []  # gates see neither lines nor handles
     assert (tmp_path / "found" / "report.html").exists()
 
 

@@ -38,14 +38,11 @@ from friction_estimation.discovery.tuning import (
     LEAST_GAIN,
     LEAST_SURVIVING,
     MOST_PUSHES,
-    MOST_VARIABLES,
     USUAL_SPREAD,
 )
 
 SHORTLIST = 5
 """Number of promising moves of a search whose spread and scales are optimised."""
-MOST_MOVES = 16
-"""Maximum number of terms that a search adds or drops."""
 ALIKE: dict[Push, Push] = {
     "along": "along the sheet",
     "along the sheet": "along",
@@ -77,6 +74,11 @@ class Dependence:
     p: float
     push: Push
 
+    @property
+    def followed(self) -> str:
+        """The variable, or the direction of play: whole throws follow no place along the sheet."""
+        return "direction" if self.variable == "y" and self.share == 0.0 else self.variable
+
 
 def search(
     around: Nearby, start: Iterable[str], *, held: bool = False
@@ -95,7 +97,7 @@ def search(
     """
     made = Combination(effects=frozenset(start))
     dispersion = around.dispersion(made)
-    for _ in range(MOST_MOVES):
+    while True:
         present, made = around.at_best(made, dispersion)
         moves = _moves(around, made, held=held)
         moves.sort(key=lambda move: around.value(move, dispersion))
@@ -103,10 +105,9 @@ def search(
         better = [each for each in tried if each[0] < present - 1.0]
         sound = [each for each in better if not _may_correct_pushes(around, made, each[1])]
         if not sound:
-            break
+            return made, dispersion
         made = min(sound, key=lambda each: each[0])[1]
         dispersion = min(dispersion, around.dispersion(made))
-    return made, dispersion
 
 
 def _may_correct_pushes(around: Nearby, before: Combination, after: Combination) -> bool:
@@ -119,7 +120,7 @@ def _may_correct_pushes(around: Nearby, before: Combination, after: Combination)
     if terms[1] <= terms[0]:
         return False
     had, has = (around.minimum_cost(made) for made in (before, after))
-    pushed = around.minimum_cost(replace(after, pushes={})) - has
+    pushed = around.minimum_cost(after.without(*after.pushes)) - has
     rest = has - around.values
     return had - has < COPY_ERROR * pushed and rest > LARGEST_REST * (had - around.values)
 
@@ -169,48 +170,41 @@ def _explained(around: Nearby, made: Combination, label: str) -> float:
 
 
 def dependences(around: Nearby, made: Combination, dispersion: float) -> list[Dependence]:
-    """Return the variables that the pushes of a combination follow, at most three, strongest first.
+    """Return the variables that the pushes of a combination follow, strongest first.
 
     Parameters
     ----------
     around, made, dispersion : as of `search`
     """
-    whole, scores = around.minimum_cost(made), around.scores(made, dispersion)
-    bare = replace(made, pushes={})
-    lacking = max(around.minimum_cost(bare) - around.values, around.minimum_cost(bare) - whole, 1.0)
+    scores = around.scores(made, dispersion)
+    bare = around.minimum_cost(made.without(*made.pushes))
+    lacking = max(bare - around.values, bare - around.minimum_cost(made), 1.0)
     found: list[Dependence] = []
     for variable in dict.fromkeys(
         push.variable.split()[0] for push in made.pushes if push.variable
     ):
         own = [p for p in made.pushes if p.variable and p.variable.split()[0] == variable]
-        gains: dict[Following, float] = {}
-        for push in own:
-            gains[push] = around.minimum_cost(made.without(push)) - whole
-        without, alone = made, made
-        for push in made.pushes:
-            if push in own:
-                without = without.without(push)
-            else:
-                alone = alone.without(push)
+        others = [push for push in made.pushes if push not in own]
+        alone, without = made.without(*others), made.without(*own)
         improvements = around.scores(without, dispersion) - scores
         found.append(
             Dependence(
                 variable=variable,
-                share=min((around.minimum_cost(bare) - around.minimum_cost(alone)) / lacking, 1.0),
+                share=min((bare - around.minimum_cost(alone)) / lacking, 1.0),
                 p=p_of_mean(improvements),
-                push=max(own, key=lambda push: gains[push]).push,
+                push=max(own, key=lambda push: around.minimum_cost(made.without(push))).push,
             )
         )
     found.sort(key=lambda dependence: -dependence.share)
     return [
         each
-        for each in found[:MOST_VARIABLES]
+        for each in found
         if each.share > FURTHER_VARIABLE_GAIN * found[0].share and each.p < LARGEST_P
     ]
 
 
 def find_dependences(fitted: SessionFit) -> list[Dependence]:
-    """Return the variables that the discrepancy of a fit follows, at most three, strongest first.
+    """Return the variables that the discrepancy of a fit follows, strongest first.
 
     Parameters
     ----------

@@ -77,9 +77,9 @@ class Combination:
         """With a push at some scale."""
         return replace(self, pushes={**self.pushes, push: scale})
 
-    def without(self, push: Following) -> Combination:
-        """Without a push."""
-        return replace(self, pushes={p: s for p, s in self.pushes.items() if p != push})
+    def without(self, *pushes: Following) -> Combination:
+        """Without some pushes."""
+        return replace(self, pushes={p: s for p, s in self.pushes.items() if p not in pushes})
 
 
 class Quadratic(NamedTuple):
@@ -250,11 +250,6 @@ class Nearby:
             gram[last, last] += sizes[len(sizes) - len(last) :] ** -2
         return Quadratic(gram=gram, places=places, always=len(first), sizes=sizes)
 
-    def steps(self, made: Combination, dispersion: float = 1.0) -> tuple[Floats, Quadratic]:
-        """Return the best step of the parameters for a combination, and its quadratic."""
-        quadratic = self.quadratic(made, dispersion)
-        return minimum_of(quadratic.gram).step, quadratic
-
     def minimum_cost(self, made: Combination, dispersion: float = 1.0) -> float:
         """Minimum −2 ln likelihood of a combination, including its priors."""
         return float(minimum_of(self.quadratic(made, dispersion).gram).value)
@@ -281,13 +276,19 @@ class Nearby:
         for _ in range(3):
             before = best[0]
             tried = [replace(best[1], spread=float(spread)) for spread in SPREADS[11::8]]
-            best = min([best, *((self.value(m, dispersion), m) for m in tried)], key=_first)
+            best = self._better(best, tried, dispersion)
             for push in made.pushes:
                 tried = [best[1].following(push, scale) for scale in PUSH_SCALES]
-                best = min([best, *((self.value(m, dispersion), m) for m in tried)], key=_first)
+                best = self._better(best, tried, dispersion)
             if before - best[0] < 0.5:
                 break
         return best
+
+    def _better(
+        self, best: tuple[float, Combination], tried: Sequence[Combination], dispersion: float
+    ) -> tuple[float, Combination]:
+        values = [(self.value(made, dispersion), made) for made in tried]
+        return min([best, *values], key=lambda each: each[0])
 
     def scores(self, made: Combination, dispersion: float) -> Floats:
         """Deviance of every throw under the best fit of a combination to all the others, (k,)."""
@@ -303,12 +304,11 @@ class Nearby:
 
     def pushed(self, made: Combination, dispersion: float) -> Session:
         """Return the session with the pushes of a combination acting on its stones."""
-        step, quadratic = self.steps(made, dispersion)
-        count = sum(len(self.pushes[push]) for push in made.pushes)
-        if not count:
+        if not made.pushes:
             return replace(self.fitted.session, pushes=None)
+        quadratic = self.quadratic(made, dispersion)
         coefficients = np.zeros(self.size)
-        coefficients[quadratic.places[:-1][-count:]] = step[-count:]
+        coefficients[quadratic.places[:-1]] = minimum_of(quadratic.gram).step
         sizes: dict[Push, Floats] = {}
         for push in made.pushes:
             own = self.functions[push.variable] @ coefficients[self.pushes[push]]
@@ -329,10 +329,6 @@ class Nearby:
         at = np.r_[len(quadratic.gram) - 1 - count : len(quadratic.gram) - 1, :own]
         both = quadratic.gram[at[:, None], at]
         return both[count:, count:] - project_out(both, count)
-
-
-def _first(entry: tuple[float, Combination]) -> float:
-    return entry[0]
 
 
 def nearby(
