@@ -20,6 +20,7 @@ from curling_env.throw import MAX_SPEED, MAX_SPIN
 from curling_env.typing import Floats
 from friction_estimation.comparison.rethrow_result import Rethrow
 from friction_estimation.discovery.model.noise import CoordinateNoise, Series, most_likely_noise
+from friction_estimation.tracks.outliers import robust_deviation
 from friction_estimation.tracks.tuning import USUAL_SPIN
 
 SPREAD_ICES = 128
@@ -46,6 +47,7 @@ def position_noise(throws: Sequence[Rethrow]) -> CoordinateNoise | None:
     throws : of one session
     """
     series: list[Series] = []
+    jitter: list[float] = []
     for throw in throws[:NOISE_THROWS]:
         # Around the stop, paths that end at different times diverge.
         moving = throw.t <= 0.8 * min(throw.t[-1], throw.predicted_time)
@@ -56,9 +58,12 @@ def position_noise(throws: Sequence[Rethrow]) -> CoordinateNoise | None:
         curve = np.polynomial.legendre.legvander(2.0 * t / t[-1] - 1.0, degree)
         for residual in (throw.measured - throw.predicted)[moving].T:
             series.append(Series(t, np.ones(len(t)), np.column_stack([curve, residual])))
+            bend = np.linalg.lstsq(curve, residual, rcond=None)[0]
+            jitter.append(robust_deviation(residual - curve @ bend))
     if not series:
         return None
-    white, slow, time = most_likely_noise(series, LEAST_NOISE, memory=MEMORY)
+    size = max(float(np.median(jitter)), LEAST_NOISE)
+    white, slow, time = most_likely_noise(series, size, memory=MEMORY)
     return CoordinateNoise(white=white, slow=slow, time=time if slow else 0.0)
 
 

@@ -66,6 +66,8 @@ LEAST_HEADINGS = 10
 """Minimum number of rows with a heading for a measured spin."""
 USUAL_SPIN = 1.5
 """Spin of a throw whose heading was never measured [rad/s]."""
+USUAL_FRICTION = 0.009
+"""Initial μ of a plain baseline: that of a draw of 25 s."""
 USUAL_SPIN_SIGMA = 0.6
 """Prior standard deviation of that spin [rad/s]: one to three turns. The spin is at least the usual
 one less two of these, on the side of the path's bend: if a spin near zero changes its sign, the
@@ -152,6 +154,9 @@ MOST_BETWEEN_THROWS_TRIALS = 2
 MOST_EFFECTS = 4
 """Number of effects after which a selection continues only if the residuals are nearly noise:
 larger ones belong to an unknown effect, which further names would copy."""
+MOST_ADDITIONS = 6
+"""Maximum number of effects that a selection adds. Early ones may turn out to be copies of others
+and are dropped again, so more are added than named."""
 ASTRAY = 20.0
 """Slow misfit over that of noise above which a selection is repeated: a missing known effect leaves
 a few at most."""

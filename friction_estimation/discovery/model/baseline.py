@@ -20,6 +20,10 @@ from friction_estimation.discovery.model.candidates import (
 )
 from friction_estimation.discovery.model.gaussian_field import systematic_error_of
 from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.tuning import USUAL_FRICTION
+
+FEWEST_ROWS = 5
+"""Minimum number of rows for a quadratic with residuals."""
 
 
 def base_model(ice: Ice | None, session: Session) -> Model:
@@ -103,5 +107,7 @@ def first_friction(session: Session) -> float:
         rows = session.rows(i)
         t = session.times[rows]
         moved = np.hypot(*(session.xy[rows] - session.xy[rows][0]).T)
-        found.append(-2.0 * np.linalg.lstsq(np.vander(t, 3), moved)[0][0] / GRAVITY)
-    return float(np.clip(np.median(found), 1e-3, 0.1))
+        if len(t) >= FEWEST_ROWS:
+            found.append(-2.0 * float(np.polyfit(t, moved, 2)[0]) / GRAVITY)
+    mu = float(np.median(found)) if found else USUAL_FRICTION
+    return float(np.clip(mu, 1e-3, 0.1))

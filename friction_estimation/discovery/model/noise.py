@@ -1,4 +1,4 @@
-"""Noise of a session's tracks: its size, and its correlation from frame to frame.
+"""Noise of a session's tracks: its size, its correlation from frame to frame, and its outliers.
 
 The error of a row is white noise plus a part with a correlation time of some tenths of a second, an
 Ornstein–Uhlenbeck process, due to a tracker's smoother, compression, or a ripple of the
@@ -20,8 +20,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import minimize
 
-from curling_env.typing import Floats, Indices
-from friction_estimation.discovery.data.outliers import slow_basis
+from curling_env.typing import Flags, Floats, Indices
+from friction_estimation.discovery.data.outliers import fast_series, robust_deviation, slow_basis
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.whitening import restricted_square, whiten_series
 from friction_estimation.discovery.tuning import (
@@ -30,6 +30,7 @@ from friction_estimation.discovery.tuning import (
     LEAST_ROWS,
     MEMORY_BOUNDS,
     NOISE_THROWS,
+    OUTLIER_DEVIATIONS,
     SLOW_HEADING_SHARE,
     SLOWEST_FILM_NOISE_PERIOD,
     SMOOTHED_PERIOD,
@@ -141,10 +142,49 @@ def fast_cosines(t: Floats) -> Floats:
     return np.cos(np.pi * (t - t[0])[:, None] / span * np.arange(first, len(t) - 1))
 
 
+def fast_part(session: Session, residuals: Floats) -> Floats:
+    """Return the part of residuals (rows, 3) that is faster than any slide; NaN if not measured."""
+    out = np.full_like(residuals, np.nan)
+    for i in range(len(session)):
+        rows = session.rows(i)
+        for channel in range(3):
+            known = rows.start + np.flatnonzero(np.isfinite(residuals[rows, channel]))
+            if len(known) >= LEAST_ROWS:
+                out[known, channel] = fast_series(session.times[known], residuals[known, channel])
+    return out
+
+
+def outlying_rows(session: Session, residuals: Floats) -> Flags:
+    """Return rows that contradict their neighbours; never the first of a throw.
+
+    Smoothed tracks have no outliers: a smoother drops or spreads them.
+
+    Parameters
+    ----------
+    session : throws
+    residuals : (rows, 3) measured less predicted x, y, theta
+    """
+    if session.smoothed:
+        return np.zeros(len(residuals), dtype=bool)
+    fast = fast_part(session, residuals)
+    outlying = np.zeros(len(fast), dtype=bool)
+    for channel in range(3):
+        values = fast[:, channel] / session.sigma[:, channel // 2]
+        known = np.isfinite(values)
+        if known.sum() < LEAST_ROWS:
+            continue
+        spread = robust_deviation(values[known])
+        limit = OUTLIER_DEVIATIONS * max(spread, LEAST_NOISE[channel // 2])
+        outlying |= known & (np.abs(values) > limit)
+    outlying[session.starts[:-1]] = False
+    return outlying
+
+
 def estimate_noise(
     session: Session,
     residuals: Floats,
     *,
+    throws: int = NOISE_THROWS,
     start: SessionNoise | None = None,
     lasting: bool = False,
 ) -> SessionNoise:
@@ -158,6 +198,7 @@ def estimate_noise(
     ----------
     session : throws
     residuals : (rows, 3) measured less predicted x, y, theta
+    throws : most throws that are used, spread over the session
     start : an earlier estimate, from which fewer steps are needed
     lasting : whether the noise of raw tracks, too, may last for seconds, as that of films
     """
@@ -169,8 +210,7 @@ def estimate_noise(
             memory=(MEMORY_BOUNDS[0], MEMORY_BOUNDS[0], MEMORY_BOUNDS[0]),
         )
     slow = lasting or session.smoothed or (start is not None and start.lasts)
-    count = min(NOISE_THROWS, len(session))
-    chosen = np.linspace(0, len(session) - 1, count).astype(np.intp)
+    chosen = np.unique(np.linspace(0, len(session) - 1, min(throws, len(session))).astype(int))
     together = ((0,), (1,), (2,)) if session.smoothed else ((0, 1), (2,))
     found = {
         channels: _estimate_channel(
@@ -213,7 +253,8 @@ def _estimate_channel(
         # time of films.
         claimed = session.claimed_turn if channels == (2,) else session.claimed
         return least, claimed, bounds[1]
-    white, fading, memory = most_likely_noise(series, least, memory=bounds, before=before)
+    size = max(_rough_size(fast_part(session, residuals)[:, list(channels)], series), least)
+    white, fading, memory = most_likely_noise(series, size, memory=bounds, before=before)
     if fading < lasting_turn:
         # The slow part was projected out, and with it most of the error of a heading.
         fading, memory = lasting_turn, bounds[1]
@@ -246,8 +287,16 @@ def _series_of(
     return series
 
 
-def _rough_size(series: Sequence[Series]) -> float:
-    """Rough standard deviation of a noise, from which its search begins."""
+def _rough_size(fast: Floats, series: Sequence[Series]) -> float:
+    """Rough standard deviation of a noise, from which its search begins.
+
+    Parameters
+    ----------
+    fast : the part of the residuals that is faster than any slide; NaN where rows are few
+    series : coordinates with this noise
+    """
+    if np.isfinite(fast).any():
+        return 1.4826 * float(np.nanmedian(np.abs(fast)))
     left = [
         np.linalg.norm(c[:, -1] - c[:, :-1] @ np.linalg.lstsq(c[:, :-1], c[:, -1])[0])
         / np.sqrt(len(c) - c.shape[1] + 1)
@@ -258,7 +307,7 @@ def _rough_size(series: Sequence[Series]) -> float:
 
 def most_likely_noise(
     series: Sequence[Series],
-    least: float,
+    size: float,
     *,
     memory: tuple[float, float],
     before: tuple[float, float, float] | None = None,
@@ -269,7 +318,7 @@ def most_likely_noise(
     Parameters
     ----------
     series : coordinates with this noise
-    least : smallest noise with which the search begins [m or rad]
+    size : rough standard deviation of the noise [m or rad]
     memory : shortest and longest memory [s]
     before : an earlier estimate, from which fewer steps are needed
     """
@@ -287,10 +336,8 @@ def most_likely_noise(
         outside = guess[2] - np.clip(guess[2], *np.log(memory))
         return total + 1e3 * outside**2
 
-    if before is None:
-        size = max(_rough_size(series), least)
-        begins = [(size * np.sqrt(1 - share), size * np.sqrt(share), 0.15) for share in (0.1, 0.9)]
-    else:
+    begins = [(size * np.sqrt(1 - share), size * np.sqrt(share), 0.15) for share in (0.1, 0.9)]
+    if before is not None:
         begins = [(before[0], max(before[1], 0.05 * before[0]), before[2])]
     best: Any = None
     for begin in begins:

@@ -18,7 +18,7 @@ from friction_estimation.discovery.model.candidates import Term, candidates
 from friction_estimation.discovery.model.fit import SessionFit, fit, refit, releases_near
 from friction_estimation.discovery.model.minimum import projected
 from friction_estimation.discovery.model.model import Model
-from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise
+from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise, outlying_rows
 from friction_estimation.discovery.model.sensitivity import friction_along
 from friction_estimation.discovery.search.maps import find_map, renew_map
 from friction_estimation.discovery.search.patches import find_patches, place_sides
@@ -28,6 +28,7 @@ from friction_estimation.discovery.tuning import (
     GAIN_PER_PARAMETER,
     LEAST_GAIN,
     LEAST_LINEAR_GAIN,
+    MOST_ADDITIONS,
     MOST_BETWEEN_THROWS_TRIALS,
     MOST_EFFECTS,
     MOST_TRIALS,
@@ -153,7 +154,7 @@ def fit_with_noise(
     near: Sequence[SessionFit] = (),
     iterations: int = 12,
 ) -> SessionFit:
-    """Fit a model with the noise of its residuals.
+    """Fit a model with the noise of its residuals, and without outlying rows.
 
     Parameters
     ----------
@@ -167,8 +168,17 @@ def fit_with_noise(
     states, ln_factors = releases_near(session, *near)
     # For a model that was fitted before, the releases settle first.
     first = fit(model, session, noise, states=states, ln_factors=ln_factors, shared=not near)
+    session = session.without_rows(outlying_rows(session, first.residuals))
+    first = fit(first.model, session, noise, states=first.states, ln_factors=first.ln_factors)
     noise = estimate_noise(session, first.residuals, start=start)
-    return refit(replace(first, noise=noise), first.model, iterations=iterations)
+    return fit(
+        first.model,
+        session,
+        noise,
+        states=first.states,
+        ln_factors=first.ln_factors,
+        iterations=iterations,
+    )
 
 
 def try_term(fitted: SessionFit, term: Term) -> Trial:
@@ -245,16 +255,13 @@ def select(base: SessionFit, *, progress: Progress = no_progress) -> Selection:
     present = base
     kept = {term.label for term in base.model.terms}
     rounds: list[SelectionRound] = []
-    while True:
-        number = len(rounds)
-        progress("comparing candidates", min(number, MOST_EFFECTS), MOST_EFFECTS + 1)
+    for number in range(MOST_ADDITIONS + 1):
+        progress("comparing candidates", number, MOST_ADDITIONS + 1)
         scores = score_candidates(present, candidates(present.session, present.model.terms))
         trials = best_trials(present, scores)
-        # What was a copy of others, and dropped again, would be one again.
-        added = {round_.chosen for round_ in rounds}
-        good = [t for t in trials if t.gain > t.needed and t.term.label not in added]
+        good = [t for t in trials if t.gain > t.needed]
         unknown = number >= MOST_EFFECTS and not misfit_of(present).white
-        if not good or unknown:
+        if not good or unknown or number == MOST_ADDITIONS:
             rounds.append(SelectionRound(scores=scores, trials=trials, chosen=""))
             break
         rounds.append(SelectionRound(scores=scores, trials=trials, chosen=good[0].term.label))
