@@ -1,7 +1,7 @@
 """Films that come into a session: sent by a browser piece by piece, or there already.
 
 A film that is sent lies beside its place as a draft until all of it has come. How much of it is on
-the disk stands in the database, and never more than is there: so whoever sent it goes on from there
+the disk is kept in the database, and never more than is there, so that its sender continues there
 after a power cut.
 """
 
@@ -30,7 +30,7 @@ DRAFT = ".part"
 
 
 def begin_film(club: Club, session: Session, name: str, size: int) -> Film:
-    """A film that is going to be sent; one of that name and size that has begun to come goes on.
+    """Begin to receive a film, or continue with one of that name and size.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def add_piece(club: Club, film: Film, begin: int, piece: bytes) -> Film:
 
     Raises
     ------
-    InputError : it begins elsewhere, or goes on beyond the film's end
+    InputError : it begins elsewhere, or ends beyond the film's end
     """
     with club.database.writing() as connection:  # one sender at a time
         now = row_of(connection, Film, "select * from film where id = ?", (film.id,))

@@ -139,7 +139,7 @@ def _save(club: Club, camera: Camera, scene: Scene) -> None:
     club.change("camera", camera.id, scene=file, **size)
 
 
-# The token stands in the address, because that page's script knows of none.
+# The token is part of the address, because that page's script has none.
 _PAGE = "mark/{token}/{rest:path}"
 MARKING = [
     Route(f"/practice/{{session:int}}/{_PAGE}", answer, methods=["GET", "POST"]),

@@ -311,7 +311,7 @@ async def deal(request: Request) -> Response:
 
 
 def _end_work(club: Club, number: int, kind: str) -> None:
-    """End the work on a session, or that of one kind, which then goes on with the rest."""
+    """End the work on a session, or that of one kind, which then continues with the rest."""
     session = club.session(number)
     work = [] if session is None else jobs.jobs(club, session)
     ended = [job for job in work if job.state in jobs.OPEN and kind in ("", job.kind)]

@@ -69,14 +69,14 @@ export function setRefusals(session, list) {
 
 // --- sending ------------------------------------------------------------------------------------
 
-/** Ask until the app answers: it may have been started again, and goes on where it was. */
+/** Ask until the app answers: it may have been restarted, and continues where it was. */
 async function persistently(work) {
   for (;;) {
     try {
       return await work();
     } catch (error) {
       if (!error.away) throw error;
-      current.problem = `${error.message} The film goes on as soon as it does.`;
+      current.problem = `${error.message} Sending continues as soon as it does.`;
       changed();
       await sleep(PATIENCE);
     }

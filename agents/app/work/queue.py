@@ -18,7 +18,7 @@ MOST = 2
 PAUSE = 0.25
 """Between looks at the queue [s]."""
 BESIDE = ("record", CAUSES, COPY, REPORT)
-"""Work that goes on beside other work on the same session."""
+"""Work that runs beside other work on the same session."""
 MAX_LOSSES = 2
 """Times that work is done again whose process was ended from outside."""
 LOST = "its process was killed; the computer may be out of memory"

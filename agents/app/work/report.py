@@ -30,7 +30,7 @@ WIDEST, QUALITY, EVERY = 480, 30.0, 2
 CLIPS = 4
 """Number of clips: the best two throws and the two that missed by most."""
 AFTER = 2.0
-"""Time that a clip goes on after the throw [s]."""
+"""Length of a clip after the end of the throw [s]."""
 
 
 def report_path(club: Club, session: Session, athlete: Athlete) -> Path:
