@@ -32,6 +32,8 @@ HACK_Y = BACK_LINE_Y + 1.829
 """Distance of each hack from mid-sheet [m]."""
 HOG_TO_TEE = TEE_Y - HOG_LINE_Y
 """Distance from a hog line to the tee of the same end [m]."""
+HOG_TO_FAR_TEE = HOG_LINE_Y + TEE_Y
+"""Distance from a hog line to the tee of the other end [m]."""
 
 HOUSE_RADIUS = 1.829
 """Outer radius of the 12-foot ring [m]."""

@@ -8,11 +8,10 @@ import numpy as np
 
 from curling_env.ice import load_ice
 from curling_env.render.figures import FAINT, INK, new_figure, plain_axes, save_figure
-from curling_env.sheet import HOG_TO_TEE
+from curling_env.sheet import HOG_TO_FAR_TEE, HOG_TO_TEE
 from curling_env.validation import ICE_ROWS, Row, Shots
 from curling_env.validation.draws import KEEN, PLACES, hog_to_hog
 from curling_env.validation.friction import friction_between
-from curling_env.validation.shots import HOG_TO_FAR_TEE
 
 COLOURS = {"standard": "#123a63", "fitted": "#0d7a3f", "club": "#a38414", "fcv1": "#c8332b"}
 BIN = 0.1

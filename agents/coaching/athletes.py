@@ -21,7 +21,6 @@ from scipy.special import chdtri, gammaln
 
 from agents.coaching.calls import Handle, WeightClass
 from agents.coaching.misses.causes import SessionCauses, ThrowCauses
-from agents.coaching.runs import HOG_TO_FAR_TEE
 from agents.coaching.tuning import (
     GIBBS_DRAWS,
     GIBBS_WARM_UP,
@@ -31,6 +30,7 @@ from agents.coaching.tuning import (
     USUAL_BIAS,
     USUAL_SPREAD,
 )
+from curling_env.sheet import HOG_TO_FAR_TEE
 from curling_env.throw import Skill
 from curling_env.typing import Floats, Integers
 

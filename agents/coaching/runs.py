@@ -16,13 +16,11 @@ from numpy.typing import NDArray
 from curling_env.ice import Ice
 from curling_env.physics.batch import Rests, releases_of, throw_batch
 from curling_env.physics.slides import NO_BOUNDS, SlideEnd
-from curling_env.sheet import HOG_LINE_Y, HOG_TO_TEE, TEE_Y, Direction, to_delivery
+from curling_env.sheet import HOG_TO_FAR_TEE, HOG_TO_TEE, TEE_Y, Direction, to_delivery
 from curling_env.typing import Floats, Indices
 
 SPEED, ANGLE, SPIN, X = range(4)
 """Columns of a table of throws."""
-HOG_TO_FAR_TEE = HOG_LINE_Y + TEE_Y
-"""Distance from the first hog line to the tee played to [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ __all__ = ["ICE_ROWS", "OTHER_ROWS", "Comparison", "Row", "Shots", "Verdict", "c
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "shots": ("HOG_TO_FAR_TEE", "HOG_TO_HOG"),
+        "shots": ("HOG_TO_HOG",),
         "table": ("as_text", "counts", "in_words", "preset_of"),
     },
 )

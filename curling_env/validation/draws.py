@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from curling_env.physics.slides import Slide
-from curling_env.sheet import BACK_LINE_Y, HACK_Y, HOUSE_RADIUS, TEE_Y
-from curling_env.validation.shots import HOG_TO_FAR_TEE, HOG_TO_HOG, Shots
+from curling_env.sheet import BACK_LINE_Y, HACK_Y, HOG_TO_FAR_TEE, HOUSE_RADIUS, TEE_Y
+from curling_env.validation.shots import HOG_TO_HOG, Shots
 
 KEEN = 14.5
 """Hog-to-hog time of a draw on the ice of the coaches' table [s]."""

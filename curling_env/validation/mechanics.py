@@ -14,12 +14,12 @@ from curling_env.physics.law import acceleration
 from curling_env.physics.motion import GRAVITY
 from curling_env.physics.slides import NO_BOUNDS, slide
 from curling_env.physics.state import State
-from curling_env.sheet import RULE_BOOK_STONE, Stone
+from curling_env.sheet import HOG_TO_FAR_TEE, RULE_BOOK_STONE, Stone
 from curling_env.throw import Release, Throw
 from curling_env.typing import Floats
 from curling_env.validation.collisions import collide
 from curling_env.validation.draws import hog_to_hog, metres_per_second
-from curling_env.validation.shots import HOG_TO_FAR_TEE, Shots
+from curling_env.validation.shots import Shots
 
 MU = 0.01
 RATIOS = np.geomspace(0.01, 100.0, 81)

@@ -17,15 +17,13 @@ from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics.law import acceleration
 from curling_env.physics.motion import GRAVITY
 from curling_env.physics.slides import NO_BOUNDS, Slide, SlideEnd, slide
-from curling_env.sheet import HOG_LINE_Y, HOG_TO_TEE
+from curling_env.sheet import HOG_LINE_Y, HOG_TO_FAR_TEE
 from curling_env.throw import MAX_SPEED, Throw
 from curling_env.trajectory import Trajectory
 
 DRAW_SPIN = 1.0
 """Spin of the draw at the hog line [rad/s]; published draws turn 0.9 to 1.01 rad/s."""
 HOG_TO_HOG = 2 * HOG_LINE_Y
-HOG_TO_FAR_TEE = HOG_TO_HOG + HOG_TO_TEE
-"""Distance from the hog line of the delivery to the tee played to [m]."""
 LEAST_SPEED, LEAST_SCALE, MOST_SCALE = 0.05, 0.05, 20.0
 
 

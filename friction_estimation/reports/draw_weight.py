@@ -7,8 +7,9 @@ from functools import cached_property
 from math import pi
 
 from curling_env.ice import FrictionMap, Ice
+from curling_env.sheet import HOG_TO_FAR_TEE
 from curling_env.units import Units, length, short_length, speed
-from curling_env.validation.shots import HOG_TO_FAR_TEE, HOG_TO_HOG, Shots
+from curling_env.validation.shots import HOG_TO_HOG, Shots
 
 DRAW_TURNS = 3.0
 """Number of turns of a usual draw."""

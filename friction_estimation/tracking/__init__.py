@@ -28,7 +28,6 @@ __getattr__, __dir__ = lazy_names(
         "films.shared_cameras": ("SharedCameras", "camera_from"),
         "overlay.numbers": ("RunningNumbers",),
         "optical_flow": ("lucas_kanade",),
-        "smoothing.uncertainty": ("camera_variance",),
         "stone_numbers": ("StoneNumbers",),
     },
 )

@@ -224,8 +224,6 @@ AGREEING_SHARE = 0.95
 """Minimum share of common positions of two paths of one stone, and minimum share of frames with a
 sighting for a stone that is alone all the way. Films with people have 1.0 if the stone is always
 alone in the picture, and at most 0.66 with sweepers."""
-HEADINGS_TRIED = 24
-"""Number of tried headings of a handle at rest."""
 CLEAR_FRONT = 12.0
 """Minimum excess misfit of every other heading of a handle [squared standard errors]."""
 COLOUR_ROUNDS = 3
@@ -310,13 +308,9 @@ MAX_HEADING_GAP = 2.0
 
 MIN_FITS = 5
 """Minimum number of frames with measurements for a track."""
-EDGE_ERROR_PX = 0.015
-"""Error of a stone's position in the picture in addition to noise and the uncertainty of its
-appearance, the same in all frames [px]: no shape of the model is exactly that of a stone. In 94
-films of known throws that uncertainty explained all errors; this value is kept for other stones."""
 SMALL_STONE_ERROR_PX = 0.075
-"""The same for a stone with a radius of one pixel. It falls with the radius: the fewer pixels a
-stone has, the more of them are mixed with the ice."""
+"""`camera.tuning.EDGE_ERROR_PX` for a stone with a radius of one pixel. It falls with the radius,
+because the fewer pixels a stone has, the more of them are mixed with the ice."""
 HIDDEN_ERROR_PX = 0.1
 """Error of a position in the picture due to partial occlusion, per root of the occluded share [px]:
 in a single frame, and common to its neighbours. In addition to the median error of each film's free

@@ -21,7 +21,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.table import is_plain, quoted, read_table
-from curling_env.sheet import HOG_LINE_Y, TEE_Y
+from curling_env.sheet import HOG_LINE_Y, HOG_TO_TEE, TEE_Y
 from curling_env.trajectory import Trajectory
 from friction_estimation.tracks.tuning import (
     GATE_PLACE_SIGMA,
@@ -39,7 +39,6 @@ SENSOR = re.compile(r"(t|tee|hog)[ _-]?(?:line)?[ _-]*([12])", re.IGNORECASE)
 BREAK_ROUNDING = 2e-3
 """Rounding by which Break may differ from End minus Start [s]."""
 _HOG_TO_HOG = 2 * HOG_LINE_Y
-_HOG_TO_TEE = TEE_Y - HOG_LINE_Y
 
 
 class Passage(NamedTuple):
@@ -271,11 +270,11 @@ class _Passages:
         ----------
         deceleration : deceleration between the hog lines [m/s²]
         """
-        squared = second.speed**2 - 2 * deceleration * _HOG_TO_TEE
+        squared = second.speed**2 - 2 * deceleration * HOG_TO_TEE
         if squared <= 0:
             return []
         speed = float(np.sqrt(squared))
-        expected = 2 * _HOG_TO_TEE / (second.speed + speed)
+        expected = 2 * HOG_TO_TEE / (second.speed + speed)
         found = [
             (abs((passage.middle - second.middle) / expected - 1.0), passage)
             for passage in self.between(

@@ -8,7 +8,7 @@ import numpy as np
 import simulated_club as club
 
 from agents.coaching import athlete_errors, hand_or_ice, match_stones
-from agents.coaching.runs import HOG_TO_FAR_TEE
+from curling_env.sheet import HOG_TO_FAR_TEE
 from curling_env.typing import Floats
 
 EVENINGS = 20

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from agents.app.sheet.forms import rounded
-from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction, Sheet
+from curling_env.sheet import HOG_LINE_Y, HOG_TO_FAR_TEE, Direction, Sheet
 from friction_estimation.reports.keen_and_heavy import SIGMAS
 from friction_estimation.tracks.throw_table import ThrowMeasures
 
@@ -20,8 +20,6 @@ NEAR_TEE = 4.0
 """Draws that rest farther from the tee than this have another weight [m]."""
 LEAST = 2
 """Minimum number of draws of a lane."""
-HOG_TO_TEE = HOG_LINE_Y + TEE_Y
-"""Distance from the first hog line to the tee played to [m]."""
 ERROR = 0.1
 """Standard deviation of the curl of like draws, where too few show it [m]."""
 
@@ -107,8 +105,8 @@ def _seconds_to_tee(one: ThrowMeasures | None) -> float | None:
         """Time between the hog lines of a stone that slides this far, at an even deceleration."""
         return float(np.sqrt(far) - np.sqrt(far - 2 * HOG_LINE_Y))
 
-    far = HOG_TO_TEE + one.past.value
-    return one.hog_to_hog.value * per_root(HOG_TO_TEE) / per_root(far)
+    far = HOG_TO_FAR_TEE + one.past.value
+    return one.hog_to_hog.value * per_root(HOG_TO_FAR_TEE) / per_root(far)
 
 
 def _draw(one: ThrowMeasures, sheet: Sheet) -> tuple[float, ...] | None:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from agents.coaching.runs import HOG_TO_FAR_TEE, Place, run
+from agents.coaching.runs import Place, run
 from agents.coaching.tuning import (
     BIN,
     LASTING,
@@ -32,7 +32,7 @@ from agents.coaching.tuning import (
 )
 from curling_env.errors import TrackTooShortError
 from curling_env.ice import ActiveEffect, Ice
-from curling_env.sheet import Direction, to_delivery
+from curling_env.sheet import HOG_TO_FAR_TEE, Direction, to_delivery
 from curling_env.throw import MAX_SPEED, MAX_SPIN
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Indices

@@ -12,11 +12,12 @@ from agents.coaching.misses.causes import Cause, HandError, Part, ThrowCauses, p
 from agents.coaching.misses.ices import Parts
 from agents.coaching.misses.intended import Habits, intend
 from agents.coaching.misses.seen_throws import SeenThrow
-from agents.coaching.runs import ANGLE, HOG_TO_FAR_TEE, SPEED, SPIN, X, hog_times, outcomes
+from agents.coaching.runs import ANGLE, SPEED, SPIN, X, hog_times, outcomes
 from agents.coaching.throw_sheet import spin_sign
 from agents.coaching.tuning import DRAWS
 from curling_env.errors import TrackTooShortError
 from curling_env.ice import Ice
+from curling_env.sheet import HOG_TO_FAR_TEE
 from curling_env.throw import Throw
 from curling_env.typing import Flags, Floats
 from friction_estimation.tracks.measured import Measured

@@ -19,7 +19,7 @@ from friction_estimation.appearance.crops import (
     robust_weights,
 )
 from friction_estimation.appearance.shape import HANDLE, PARTS
-from friction_estimation.appearance.tuning import PIXEL_CORRELATION
+from friction_estimation.appearance.tuning import HEADINGS_TRIED, PIXEL_CORRELATION
 from friction_estimation.film.channels import blue_and_red, channels_of_colour, green_beside
 from friction_estimation.tracking import numbers
 
@@ -55,7 +55,7 @@ def own_look(crop: Crop, thrown: Appearance, hidden: Flags | None = None) -> Own
     placed = replace(crop, pose=np.array([*crop.pose[:2], 0.0]))
     if not thrown.has_handle:
         return OwnLook(look=coloured([placed], thrown, hidden)[0], heading=0.0, clear=False)
-    headings = np.linspace(-np.pi, np.pi, numbers.HEADINGS_TRIED, endpoint=False)
+    headings = np.linspace(-np.pi, np.pi, HEADINGS_TRIED, endpoint=False)
     found: list[tuple[Appearance, float]] = []
     for heading in headings:
         placed.pose[2] = heading

@@ -12,20 +12,8 @@ from curling_env.typing import Floats
 from friction_estimation.appearance import ShapeUncertainty, StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera
-from friction_estimation.camera.tuning import CLICK_SIGMA_PX
+from friction_estimation.camera.tuning import CLICK_SIGMA_PX, EDGE_ERROR_PX
 from friction_estimation.tracking import numbers
-
-
-def camera_variance(refined: RefinedCamera, xy: Floats, z: float) -> Floats:
-    """Variances of both coordinates due to the camera's pose and lens, (n, 2) [m²].
-
-    Parameters
-    ----------
-    refined : the camera, and how well the paint determines it
-    xy : (n, 2) places [m]
-    z : their height above the ice [m]
-    """
-    return refined.place_variance(xy, z)
 
 
 def systematic_sigma(
@@ -48,12 +36,12 @@ def systematic_sigma(
     hidden : (n,) share of the stone that something hides, see `smoothed_occlusion`; None: nothing
     """
     camera, middle = refined.camera, model.height / 2
-    variance = camera_variance(refined, xy, middle)
+    variance = refined.place_variance(xy, middle)
     # Without paint, the camera depends on the clicked points alone.
     loose_px = 0.0 if refined.measured else CLICK_SIGMA_PX / 2
     small_px = numbers.SMALL_STONE_ERROR_PX / _radius_px(camera, xy, model)
     hidden_px = numbers.HIDDEN_ERROR_PX * np.sqrt(0.0 if hidden is None else hidden)
-    edge_px = np.sqrt(numbers.EDGE_ERROR_PX**2 + small_px**2 + loose_px**2 + hidden_px**2)
+    edge_px = np.sqrt(EDGE_ERROR_PX**2 + small_px**2 + loose_px**2 + hidden_px**2)
     variance += (edge_px[:, None] * _metres_per_px(camera, xy, middle)) ** 2
     if shape is not None:
         variance += shape.at(xy) ** 2

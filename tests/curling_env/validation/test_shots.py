@@ -7,8 +7,8 @@ import math
 import pytest
 
 from curling_env.ice import Ice, load_ice
-from curling_env.sheet import Stone
-from curling_env.validation import HOG_TO_FAR_TEE, HOG_TO_HOG, Shots
+from curling_env.sheet import HOG_TO_FAR_TEE, Stone
+from curling_env.validation import HOG_TO_HOG, Shots
 
 G = 9.80665
 MU = 0.01

@@ -20,7 +20,6 @@ from friction_estimation.camera import (
     refine_at_focal,
 )
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, named_camera, scene_of
-from friction_estimation.tracking import camera_variance
 
 BENT = (-0.12, 0.03, 0.002, -0.001, 0.004)
 FULL = FreeLens(focal=True, bends=True, minor=True, axis=True)
@@ -99,7 +98,7 @@ def found():
             seen = replace(result, farther=farther.camera)
         points = places_seen(camera)
         off = seen.camera.on_plane(camera.project(points), STONE) - points[:, :2]
-        sigma = np.sqrt(camera_variance(seen, points[:, :2], STONE).mean(axis=1))
+        sigma = seen.place_sigma(points[:, :2], STONE)
         results[name] = points, off, sigma
     return results
 
