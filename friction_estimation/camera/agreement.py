@@ -85,7 +85,7 @@ def seen_curves(
     grey, origin_px, markings : as in `measure_markings`
     tolerance_px : largest distance at which a part of a curve agrees
     """
-    inside = camera.sees(np.column_stack([markings.xy, np.zeros(len(markings.xy))]))
+    inside = camera.sees(markings.seen_from(camera))
     ends = np.sign(markings.xy[:, 1])
     both = len(np.unique(ends[inside & markings.of("12-foot ring")])) > 1
     found: list[SeenCurve] = []

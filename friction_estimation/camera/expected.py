@@ -26,6 +26,7 @@ from friction_estimation.camera.tuning import (
     FIT_ERROR_PX,
     MIN_MARKINGS,
     MIN_STONE_PX,
+    PAINT_DEPTH,
     PAINT_PLACEMENT_SIGMA,
     SHAPE_RISE,
     STONE_HEIGHT_SIGMA,
@@ -110,6 +111,7 @@ def expected_of_scene(scene: Scene, camera: Camera) -> list[ExpectedError]:
         scene.sheet,
         lens_known=scene.camera_matrix is not None,
         height_known=scene.camera_height is not None,
+        depth_sigma=scene.ice_above_paint[1],
     )
     return expected_errors([known], scene.stone_radius, scene.stone_height)
 
@@ -148,6 +150,7 @@ def expected_camera(
     lens_known: bool,
     height_known: bool = False,
     paint: float = PAINT_PLACEMENT_SIGMA,
+    depth_sigma: float = PAINT_DEPTH[1],
 ) -> RefinedCamera:
     """Return a camera with the expected accuracy of its pose and lens from the paint.
 
@@ -158,6 +161,7 @@ def expected_camera(
     lens_known : whether its lens is measured, see `curling calibrate`
     height_known : whether its height is measured
     paint : standard error with which rings and lines are painted [m]
+    depth_sigma : standard error of the thickness of the ice above the paint [m]
     """
     markings = fitted_markings(sheet)
     measured = expected_measurements(camera, markings, paint, np.random.default_rng(0))
@@ -172,6 +176,7 @@ def expected_camera(
         points_px=np.empty((0, 2)),
         lens=lens,
         height=height_prior(float(camera.position[2]) if height_known else None),
+        depth_sigma=depth_sigma,
     )
     return replace(fit.fit(camera, measured, lens, 0.5), camera=camera)
 

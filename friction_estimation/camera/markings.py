@@ -49,6 +49,8 @@ FITTED_CURVES = CURVES[:-2]
 line is meant."""
 
 
+ICE_REFRACTION = 1.31
+"""Index of refraction of ice."""
 CURVE_STEP = 0.25
 """Distance between the points of a drawn line [m]; small enough that distortion looks smooth."""
 
@@ -66,6 +68,7 @@ class Markings:
     bend : (n,) how much the curve bends, away from its normal: 1 / radius [1/m]
     group : (n,) number of the group of neighbours that are searched for together
     curve : (n,) index of the curve's name in `CURVES`
+    depth : (n,) thickness of the clear ice above it [m]
     """
 
     xy: Floats
@@ -75,10 +78,16 @@ class Markings:
     bend: Floats
     group: Integers
     curve: Integers
+    depth: Floats
 
     def __getitem__(self, chosen: Flags) -> Markings:
         """Return the points for which a flag (n,) is set."""
         return Markings(**{item.name: getattr(self, item.name)[chosen] for item in fields(self)})
+
+    def seen_from(self, camera: Camera) -> Floats:
+        """Return the apparent places of the points, (n, 3) [m]; refraction raises them."""
+        tangent = np.linalg.norm(self.xy - camera.position[:2], axis=1) / camera.position[2]
+        return np.column_stack([self.xy, -self.depth * apparent_depth(tangent)])
 
     def of(self, *names: str) -> Flags:
         """Return whether each point lies on a curve of one of these names, (n,)."""
@@ -127,9 +136,29 @@ def keypoints_of(sheet: Sheet) -> dict[str, tuple[float, float]]:
     return places
 
 
+def apparent_depth(tangent: Floats) -> Floats:
+    """Return the depth at which something below clear ice seems to lie, over its true depth.
+
+    Parameters
+    ----------
+    tangent : tangent of the angle between line of sight and vertical
+
+    Source
+    ------
+    Snell's law.
+    """
+    index = ICE_REFRACTION**2
+    return 1 / np.sqrt(index + (index - 1) * tangent**2)
+
+
 @lru_cache(maxsize=4)
-def markings_of(sheet: Sheet) -> Markings:
+def markings_of(sheet: Sheet, depth: float = 0.0) -> Markings:
     """Return the markings of a sheet whose place the rule book fixes, except where curves cross.
+
+    Parameters
+    ----------
+    sheet : the ice
+    depth : thickness of the clear ice above the paint [m]; the border is at its surface
 
     Source
     ------
@@ -149,6 +178,7 @@ def markings_of(sheet: Sheet) -> Markings:
         bend=np.array([1 / one.radius if one.radius else 0.0 for one in painted])[number],
         group=group,
         curve=np.array([CURVES.index(one.name) for one in painted])[number],
+        depth=np.array([depth * (one.name != "border") for one in painted])[number],
     )
     return _without_crossings(markings)
 
@@ -175,9 +205,9 @@ def _without_crossings(markings: Markings) -> Markings:
     return markings[~bad]
 
 
-def fitted_markings(sheet: Sheet) -> Markings:
-    """Return the markings to which films are fitted, see `FITTED_CURVES`."""
-    markings = markings_of(sheet)
+def fitted_markings(sheet: Sheet, depth: float = 0.0) -> Markings:
+    """Return the markings to which films are fitted, see `FITTED_CURVES` and `markings_of`."""
+    markings = markings_of(sheet, depth)
     return markings[markings.of(*FITTED_CURVES)]
 
 
@@ -411,8 +441,10 @@ def _measurable(
     normal, tangent = markings.normal, markings.normal[:, ::-1] * [-1.0, 1.0]
     sagged = markings.xy - 0.5 * step**2 * markings.bend[:, None] * normal
 
+    height = markings.seen_from(camera)[:, 2]
+
     def at(xy: Floats) -> Floats:
-        return camera.project(np.column_stack([xy, np.zeros(len(xy))]))
+        return camera.project(np.column_stack([xy, height]))
 
     there = at(markings.xy)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -429,7 +461,7 @@ def _measurable(
         usable = np.all(
             (there >= np.add(low, margin)) & (there <= np.subtract(high, margin)), axis=1
         )
-        usable &= camera.sees(np.column_stack([markings.xy, np.zeros(len(markings.xy))]))
+        usable &= camera.sees(markings.seen_from(camera))
         usable &= markings.clear * scale > MIN_CLEARANCE_PX
         usable &= (markings.width == 0) | (markings.width * scale < MAX_LINE_WIDTH_PX)
         # Blur moves a curved edge towards its inner side.

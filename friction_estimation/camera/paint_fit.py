@@ -55,6 +55,7 @@ class PaintFit:
     click_sigma_px : standard error of a mark made by hand
     correlation : number of neighbouring points that count as one
     min_scale_px : measured points are never taken to agree better than this
+    depth_sigma : standard error of the thickness of the ice above the paint [m]
     """
 
     grey: Singles
@@ -67,6 +68,7 @@ class PaintFit:
     click_sigma_px: float = CLICK_SIGMA_PX
     correlation: float = MARKING_CORRELATION
     min_scale_px: float = MIN_SCALE_PX
+    depth_sigma: float = 0.0
 
     def approach(self, camera: Camera, searches: Sequence[float], lens: FreeLens) -> Camera | None:
         """Measure the markings and fit the camera, once for every search radius [px]."""
@@ -121,7 +123,7 @@ class _Fit:
         final: bool = False,
     ) -> None:
         self._known, self._lens, self._measured = known, lens, measured
-        self._points = _on_ice(known.markings.xy[measured.index])
+        self._points = known.markings.seen_from(camera)[measured.index]
         self._clicked = _on_ice(known.sheet_points)
         self._normal = measured.normal_px
         self._target = camera.project(self._points) + measured.offset_px[:, None] * self._normal
@@ -210,6 +212,7 @@ class _Fit:
             rms_px=float(np.sqrt(np.mean(off[agrees] ** 2))) if agrees.any() else np.nan,
             misfit=misfit + missed * OUTLIER_AT**2 / known.correlation,
             lens=self._lens,
+            depth_sigma=known.depth_sigma,
         )
 
     def _covariance(self, off_px: Floats, agrees: Flags) -> Floats:

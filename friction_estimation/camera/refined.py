@@ -10,6 +10,7 @@ import numpy as np
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import KNOWN_LENS, FreeLens
+from friction_estimation.camera.markings import apparent_depth
 from friction_estimation.camera.tuning import (
     CAMERA_HEIGHT_PRIOR,
     FOCAL_PRIOR,
@@ -35,6 +36,7 @@ class RefinedCamera:
         only where the height comes from something other than the paint
     misses_px : by name of a ring or line that is seen near where the camera puts it, root mean
         square distance from there [px]
+    depth_sigma : standard error of the thickness of the ice above the paint [m]
     disagreeing : names of rings and lines that are not where it puts them; only where none is
         measured
     """
@@ -47,6 +49,7 @@ class RefinedCamera:
     misfit: float = 0.0
     farther: Camera | None = None
     misses_px: Mapping[str, float] = field(default_factory=dict[str, float])
+    depth_sigma: float = 0.0
     disagreeing: tuple[str, ...] = ()
 
     @property
@@ -97,6 +100,10 @@ class RefinedCamera:
         variance = np.einsum("nip,pq,niq->ni", moved, self.covariance, moved)
         if self.farther is not None:
             variance += (self.farther.on_plane(px, z) - xy) ** 2
+        # The paint lies below the ice, but its places count as places on the ice.
+        sight = (xy - self.camera.position[:2]) / self.camera.position[2]
+        sight *= apparent_depth(np.linalg.norm(sight, axis=1))[:, None]
+        variance += (self.depth_sigma * sight) ** 2
         return variance
 
     def place_sigma(self, xy: Floats, z: float = 0.0) -> Floats:

@@ -300,17 +300,19 @@ def _solver(
     """
     factor = max(1, int(np.ceil(max(size) / WORKING_SIDE)))
     grey, origin, scale = reduced(grey_levels(image), origin_px, factor)
+    depth, depth_sigma = scene.ice_above_paint
     fit = PaintFit(
         grey=grey,
         origin=origin,
-        markings=fitted_markings(scene.sheet),
+        markings=fitted_markings(scene.sheet, depth),
         sheet_points=scene.sheet_points,
         points_px=(scene.for_size(size).points_px + 0.5) * scale - 0.5,
         lens=lens,
         height=height_prior(scene.camera_height),
+        depth_sigma=depth_sigma,
     )
     small = size[0] // factor, size[1] // factor
-    return PaintSolver(fit=fit, judged=markings_of(scene.sheet), scale=scale, size=small)
+    return PaintSolver(fit=fit, judged=markings_of(scene.sheet, depth), scale=scale, size=small)
 
 
 def _agreeing(before: Camera, solver: PaintSolver, found: SolvedCamera | None) -> RefinedCamera:
@@ -353,7 +355,7 @@ def _loosest(camera: Camera, fit: PaintFit) -> tuple[Floats, FreeLens]:
     covariance = fit.fit(camera, NOTHING_MEASURED, lens, 1.0).covariance
     values, vectors = np.linalg.eigh(covariance)
     ways = vectors * np.sqrt(np.maximum(values, 0.0))
-    points = np.column_stack([fit.markings.xy, np.zeros(len(fit.markings.xy))])
+    points = fit.markings.seen_from(camera)
     points = points[camera.sees(points)]
     there, small = camera.project(points), 1e-2
     moved = [(camera.moved(small * way, lens).project(points) - there).ravel() for way in ways.T]

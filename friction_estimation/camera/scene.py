@@ -18,6 +18,7 @@ from curling_env.infrastructure.files.storage import write_json
 from curling_env.sheet import PAPER_SHEET, Sheet
 from curling_env.typing import Floats
 from friction_estimation.camera.lens import TERMS, resized_matrix
+from friction_estimation.camera.tuning import PAINT_DEPTH, PAINT_DEPTH_ERROR
 
 CORNERS = ("home_left", "home_right", "away_right", "away_left")
 """The ice corners in order around the sheet, counter-clockwise seen from above."""
@@ -49,6 +50,7 @@ class Scene:
         the film where None
     picture_size : width and height of the picture in which the points were marked [px]; None where
         an older scene file does not have it
+    paint_depth : thickness of the clear ice above the paint [m]; None if unknown
     camera_height : measured height of the camera above the ice [m]; None where it was not measured
     stone_radius, stone_height : radius and height of the stone's body, without its handle [m]
     sheet : the ice whose points these are
@@ -69,6 +71,7 @@ class Scene:
     image_size: tuple[int, int] | None = None
     picture_size: tuple[int, int] | None = None
     camera_height: float | None = None
+    paint_depth: float | None = None
     stone_radius: float = 0.145
     stone_height: float = 0.1143
     sheet: Sheet = PAPER_SHEET
@@ -94,6 +97,11 @@ class Scene:
         if where is None:
             where = "corners_px" if self.has_corners else "points"
         raise InputError(problem, source=self.source, where=where)
+
+    @property
+    def ice_above_paint(self) -> tuple[float, float]:
+        """Thickness of the clear ice above the paint, and its standard error [m]."""
+        return PAINT_DEPTH if self.paint_depth is None else (self.paint_depth, PAINT_DEPTH_ERROR)
 
     @property
     def has_corners(self) -> bool:
@@ -236,6 +244,8 @@ def document_of(scene: Scene) -> dict[str, Any]:
         document["image_size"] = list(scene.image_size)
     if scene.camera_height is not None:
         document["camera_height"] = scene.camera_height
+    if scene.paint_depth is not None:
+        document["paint_depth"] = scene.paint_depth
     document["stone"] = {"radius": scene.stone_radius, "height": scene.stone_height}
     document["sheet"] = {"length": scene.sheet.length, "width": scene.sheet.width}
     if scene.fps is not None:
@@ -306,6 +316,7 @@ class SceneDocument(LensDocument):
     corners_px: CornersDocument | None = None
     points: Annotated[list[PointDocument], Meta(max_length=MAX_POINTS)] | None = None
     camera_height: Annotated[float, within(*CAMERA_HEIGHTS, "m")] | None = None
+    paint_depth: Annotated[float, within(0.0, 0.1, "m")] | None = None
     stone: SceneStoneDocument = msgspec.field(default_factory=SceneStoneDocument)
     sheet: SceneSheetDocument | None = None
     fps: Annotated[float, within(0.01, 1e5, "1/s")] | None = None
@@ -342,6 +353,7 @@ def scene_of(document: Any, source: str) -> Scene:
         sheet_points=sheet_points,
         points_px=points_px,
         camera_height=scene.camera_height,
+        paint_depth=scene.paint_depth,
         stone_radius=scene.stone.radius,
         stone_height=scene.stone.height,
         sheet=sheet,

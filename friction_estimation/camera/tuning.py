@@ -98,6 +98,11 @@ MIN_MARKINGS = 60
 """Minimum number of measured points that replace marks made by hand."""
 MIN_MARKINGS_SHARE = 0.25
 """Minimum share of the points in view that must be found."""
+PAINT_DEPTH = 0.0, 0.004
+"""Assumed thickness of the clear ice above the paint if it is unknown, and its standard error [m].
+Rinks have some millimetres, and most drawn films have none."""
+PAINT_DEPTH_ERROR = 0.0005
+"""Standard error of a measured thickness [m]."""
 CAMERA_HEIGHT_PRIOR = (8.0, 0.5)
 """Median height of rink cameras [m] and its spread (in log): halls, galleries and tripods. It
 matters only if the paint does not determine the height, as for a camera that looks straight

@@ -191,6 +191,7 @@ def scene_of(
         points_px=px,
         camera_matrix=camera.lens.matrix,
         distortion=camera.lens.distortion,
+        paint_depth=0.0,
         stone_radius=stone.radius,
         stone_height=stone.height,
         sheet=sheet,

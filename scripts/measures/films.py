@@ -158,7 +158,9 @@ def expected() -> dict[str, float]:
         table = read_table(film.with_suffix(".truth.csv"), required=("t", "x", "y"))
         t, x, y = (table.numbers(column) for column in ("t", "x", "y"))
         off = path.xy - np.column_stack([np.interp(path.t, t, axis) for axis in (x, y)])
-        known = expected_camera(spec.resolved(), scene.sheet, lens_known=True, paint=0.0)
+        known = expected_camera(
+            spec.resolved(), scene.sheet, lens_known=True, paint=0.0, depth_sigma=0.0
+        )
         ratios: list[tuple[float, float]] = []
         for place in expected_errors([known]):
             near = np.abs(path.xy[:, 1] - PLACES[place.place]) < NEAR_PLACE

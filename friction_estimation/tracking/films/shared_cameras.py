@@ -256,6 +256,7 @@ def camera_document(refined: RefinedCamera) -> dict[str, Any]:
         "rms_px": refined.rms_px,
         "misfit": refined.misfit,
         "covariance": refined.covariance.tolist(),
+        "depth_sigma": refined.depth_sigma,
         "lens": asdict(refined.lens),
     }
     if refined.farther is not None:
@@ -282,6 +283,7 @@ def camera_from(document: dict[str, Any]) -> RefinedCamera:
         rms_px=float(document["rms_px"]),
         misfit=float(document["misfit"]),
         covariance=covariance,
+        depth_sigma=float(document["depth_sigma"]),
         lens=lens,
         farther=None if farther is None else _camera(farther),
     )
