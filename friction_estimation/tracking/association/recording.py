@@ -26,7 +26,7 @@ from friction_estimation.tracking.detection.background import find_background, s
 from friction_estimation.tracking.detection.detections import Detections, Detector, StoneFinder
 from friction_estimation.tracking.detection.finder import NetworkFinder
 from friction_estimation.tracking.films.motion_detector import MotionDetector
-from friction_estimation.tracking.films.quick_looks import looks, parts_for, smaller
+from friction_estimation.tracking.films.quick_looks import looks, parts_for
 
 _MOVES_AGAIN = 8
 """Maximum number of times that an object of one path is moved again."""
@@ -84,7 +84,9 @@ def find_throws(
     progress : called with the number of frames passed and the expected number of all
     """
     parts = parts_for(film.size)
-    small = smaller(camera, parts)
+    small = camera.resized(
+        np.full(2, 1 / parts), (camera.size[0] // parts, camera.size[1] // parts)
+    )
     model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
     region = sheet_region(small, scene.sheet)
     finder: StoneFinder = NetworkFinder(small, scene.sheet, model, quick=True)

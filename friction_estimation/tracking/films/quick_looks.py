@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from av.packet import Packet
@@ -13,7 +13,6 @@ from av.video.reformatter import Interpolation
 from av.video.stream import VideoStream
 
 from curling_env.typing import Image
-from friction_estimation.camera.camera import Camera
 from friction_estimation.film.decoding import (
     decoded,
     opened,
@@ -113,15 +112,3 @@ def parts_for(size: tuple[int, int]) -> int:
     while min(size) / parts > numbers.FINE_LINES:
         parts *= 2
     return parts
-
-
-def smaller(camera: Camera, parts: int) -> Camera:
-    """Return the camera of pictures with 1/`parts` of the lines and columns."""
-    if parts == 1:
-        return camera
-    lens = camera.lens
-    matrix = lens.matrix.copy()
-    matrix[:2] /= parts
-    matrix[:2, 2] += (1 / parts - 1) / 2  # pixels are counted from the first one's centre
-    size = (lens.size[0] // parts, lens.size[1] // parts)
-    return replace(camera, lens=replace(lens, matrix=matrix, size=size))
