@@ -70,6 +70,7 @@ def show(request: Request) -> Response:
         athletes=sorted(name for name in patterns if name),
         athlete=athlete,
         throws=[_row(one, there) for one in shown],
+        longest=max((sum(p.size for p in one.parts.values()) for one in shown), default=1.0),
         chosen=None if chosen is None else _row(chosen, there),
         picture=None if chosen is None else _picture(chosen),
         compared=_compared(club, session, believed),
@@ -114,6 +115,7 @@ def _row(one: ThrowCauses, there: set[int]) -> dict[str, Any]:
     parts = {
         cause: {
             "words": part_in_words(part) if part.size >= SMALL else "",
+            "size": part.size,
             "share": part.share.value,
             "half": INTERVAL * (part.share.sigma or 0.0),
         }

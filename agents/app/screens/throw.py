@@ -163,7 +163,7 @@ def _answering(name: str, form: type[Any], answer: Callable[[Club, Any], dict[st
 
 SCREEN = Screen(
     "throw",
-    "Throw",
+    "Plan",
     show,
     [
         Route("/throw/{kind}/{number:int}/forget", forget, methods=["POST"]),

@@ -23,7 +23,7 @@ from agents.app.pages import Screen, club_of, film_of, form_of, go_to, page, ses
 from agents.app.views.film_view import throw_view
 from agents.app.views.progress import in_words
 from agents.app.views.throws import COLUMNS, sheets_of, throw_numbers
-from agents.app.work.film_copy import copy_of
+from agents.app.work.film_copy import copy_of, still_of
 from agents.app.work.jobs import COPY, requested
 from agents.coaching import ThrowSheet, read_call
 from agents.coaching.calls import call_error, shown_call, typed_call
@@ -174,6 +174,16 @@ def show_copy(request: Request) -> Response:
     return _sent(copy_of(club_of(request), film))
 
 
+def show_still(request: Request) -> Response:
+    """A small picture of a film; nothing for one that cannot be read."""
+    film, _ = film_of(request)
+    try:
+        path = still_of(club_of(request), film)
+    except InputError:
+        return Response(status_code=204)
+    return FileResponse(path, headers={"Cache-Control": "private, max-age=86400"})
+
+
 def _sent(path: Path) -> Response:
     if not path.is_file():
         raise HTTPException(404, "That film does not exist or was removed.")
@@ -310,6 +320,7 @@ SCREEN = Screen(
         Route("/throws/read", read),
         Route("/throws/films/{film:int}", show_film),
         Route("/throws/films/{film:int}/copy", show_copy),
+        Route("/throws/films/{film:int}/still", show_still),
         Route("/throws/films/{film:int}/copy", make_playable, methods=["POST"]),
         Route("/throws/{session:int}/{throw:int}", show_throw),
         Route("/throws/{session:int}/{throw:int}", enter, methods=["POST"]),

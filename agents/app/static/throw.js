@@ -16,6 +16,7 @@ function setMode() {
   $("settings-chosen").textContent = $("ice").selectedOptions[0].textContent;
   $("scoreboard").hidden = state.mode !== "play" || !state.game;
   $("in-play").hidden = !state.game;
+  if (state.mode === "play" && !state.game) $("sliders").hidden = true;
   $("game-form").open = !state.game;
   $("calls").hidden = true;
   sheet.movable = state.mode !== "play";
