@@ -13,9 +13,9 @@ from agents.app.club import Club, Session
 from agents.app.pages import Screen, club_of, number_in, page, session_of
 from agents.app.sheet.choices import centre_of_session
 from agents.app.sheet.forms import rounded
-from agents.app.sheet.ice_sheet import compared_in_words
 from agents.app.work.causes import believed_ice, causes_of, earlier_sessions
 from agents.coaching import Pattern, ThrowCauses
+from agents.coaching.draw_weight import compared_in_words
 from agents.coaching.in_words import CAUSE_WORDS, offset, part_in_words
 from agents.coaching.misses.causes import CAUSES, INTERVAL, Cause
 from curling_env.sheet import Direction, to_sheet
