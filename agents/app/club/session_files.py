@@ -318,19 +318,15 @@ def _write_notes(club: Club, session: Session) -> None:
     folder = club.folder_of(session)
     entries = [one for one in club.throws(session) if one.part >= 0]
     targets = club.named_targets()
-    athletes = {one.id: one for one in club.athletes()}
-    stones = {one.id: one.name for one in club.stones()}
-    seen = [athletes[one.athlete_id] for one in entries if one.athlete_id is not None]
-    throwing = {one.name: one.hand.value for one in seen}
-    names = {one.id: one.name for one in seen}
+    throwing = {one.athlete: one.hand.value for one in entries if one.athlete}
     if entries:
         with together():
             write_table(
                 folder / THROW_LIST,
                 {
                     "throw": [one.number for one in entries],
-                    "athlete": [names.get(one.athlete_id or 0, "") for one in entries],
-                    "stone": [stones.get(one.stone_id or 0, "") for one in entries],
+                    "athlete": [one.athlete for one in entries],
+                    "stone": [one.stone for one in entries],
                     "called": [with_places(one.called, targets) for one in entries],
                     "note": [_cell(one.note) for one in entries],
                 },

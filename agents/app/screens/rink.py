@@ -39,7 +39,7 @@ def show(request: Request) -> Response:
         filming=running(club, "record", session),
         marked=camera is not None and bool(camera.scene),
         latest=throws[-1] if throws else None,
-        entry=entry_of(club, throws[-1]) if throws else {},
+        entry=entry_of(throws[-1]) if throws else {},
         athletes=club.athletes(),
         stones=club.stones(),
         targets=club.targets(),

@@ -1,4 +1,4 @@
-"""The screen *Throw*: a target, a throw by hand, a position and its best call, a game."""
+"""The screen *Plan*: a target, a throw by hand, a position and its best call, a game."""
 
 from __future__ import annotations
 

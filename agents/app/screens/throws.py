@@ -58,9 +58,9 @@ def show(request: Request) -> Response:
             "throw": one,
             "sheet": sheets[one.number],
             "numbers": throw_numbers(sheets[one.number]),
-            "entry": entry,
+            "entry": entry_of(one),
         }
-        for one, entry in zip(throws, entries_of(club, throws), strict=True)
+        for one in throws
         if one.number in sheets and chosen in ("", sheets[one.number].athlete)
     ]
     athletes = sorted({sheet.athlete for sheet in sheets.values() if sheet.athlete})
@@ -108,7 +108,7 @@ def show_throw(request: Request) -> Response:
         film=film,
         waiting=film is not None and has_other_marks(club, session, film),
         copied=film is not None and copy_of(club, film).exists(),
-        entry=entry_of(club, throw),
+        entry=entry_of(throw),
         swept=SWEPT,
         athletes=club.athletes(),
         stones=club.stones(),
@@ -221,7 +221,7 @@ async def enter(request: Request) -> Response:
     was = parse_json(form.get("was") or "{}", source="was")
     if not isinstance(was, dict):
         raise InputError("expected an object", source="was")
-    now = entry_of(club, throw)
+    now = entry_of(throw)
     entered = {name: value for name, value in given.items() if value != was.get(name)}
     theirs = {
         name: now[name]
@@ -237,7 +237,7 @@ async def enter(request: Request) -> Response:
     await run_in_threadpool(_keep, club, session, throw, entered)
     if _wants_json(request):
         found = club.throw(throw.id)
-        entry = entry_of(club, throw if found is None else found)
+        entry = entry_of(throw if found is None else found)
         return JSONResponse({"now": entry, **reading_of(club, entry["called"])})
     return go_to(request, f"throws/{session.id}/{throw.label}")
 
@@ -246,30 +246,17 @@ def _wants_json(request: Request) -> bool:
     return "application/json" in request.headers.get("Accept", "")
 
 
-def entry_of(club: Club, throw: Throw) -> dict[str, str]:
+def entry_of(throw: Throw) -> dict[str, str]:
     """A coach's entry as the fields of its form."""
-    return entries_of(club, [throw])[0]
-
-
-def entries_of(club: Club, throws: Sequence[Throw]) -> list[dict[str, str]]:
-    """Entries of throws as the fields of their forms."""
-    athletes = {one.id: one for one in club.athletes()}
-    stones = {one.id: one.name for one in club.stones()}
-    found: list[dict[str, str]] = []
-    for throw in throws:
-        athlete = athletes.get(throw.athlete_id or 0)
-        found.append(
-            {
-                "athlete": "" if athlete is None else athlete.name,
-                "hand": "right" if athlete is None else athlete.hand.value,
-                "stone": stones.get(throw.stone_id or 0, ""),
-                "called": shown_call(throw.called),
-                "made": next(word for word, value in MADE.items() if value is throw.made),
-                "note": throw.note,
-                "swept": throw.swept,
-            }
-        )
-    return found
+    return {
+        "athlete": throw.athlete,
+        "hand": throw.hand.value,
+        "stone": throw.stone,
+        "called": shown_call(throw.called),
+        "made": next(word for word, value in MADE.items() if value is throw.made),
+        "note": throw.note,
+        "swept": throw.swept,
+    }
 
 
 def _keep(club: Club, session: Session, throw: Throw, entered: Mapping[str, str]) -> None:

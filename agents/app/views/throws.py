@@ -127,8 +127,9 @@ def sheet_seen_live(club: Club, session: Session) -> ThrowSheet | None:
     if measures is None:
         return None
     turn = session.turn(untracked(club, session))
-    athlete = next((one.id for one in club.athletes() if one.name == turn), None)
-    throw = Throw(id=0, session_id=session.id, number=0, athlete_id=athlete, called=session.drill)
+    hand = next((one.hand for one in club.athletes() if one.name == turn), Hand.RIGHT)
+    called = session.drill
+    throw = Throw(id=0, session_id=session.id, number=0, athlete=turn, hand=hand, called=called)
     return next(iter(_sheets(club, [(throw, measures)])))
 
 
@@ -139,21 +140,13 @@ def untracked(club: Club, session: Session) -> int:
 
 
 def _sheets(club: Club, throws: Sequence[tuple[Throw, ThrowMeasures | None]]) -> list[ThrowSheet]:
-    athletes = {one.id: one for one in club.athletes()}
-    stones = {one.id: one.name for one in club.stones()}
-    hands: Hands = {
-        one.name: "left" if one.hand is Hand.LEFT else "right" for one in athletes.values()
-    }
-    targets = club.named_targets()
-    found: list[ThrowSheet] = []
+    targets, found = club.named_targets(), list[ThrowSheet]()
     for throw, measures in throws:
         if measures is not None:
-            athlete = athletes.get(throw.athlete_id or 0)
+            called = with_places(throw.called, targets)
             note = ThrowNote(
-                athlete="" if athlete is None else athlete.name,
-                stone=stones.get(throw.stone_id or 0, ""),
-                called=with_places(throw.called, targets),
-                note=throw.note,
+                athlete=throw.athlete, stone=throw.stone, called=called, note=throw.note
             )
+            hands: Hands = {throw.athlete: "left" if throw.hand is Hand.LEFT else "right"}
             found.append(sheet_of(measures, {measures.throw: note}, hands))
     return found
