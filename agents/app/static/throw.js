@@ -16,7 +16,6 @@ function setMode() {
   $("settings-chosen").textContent = $("ice").selectedOptions[0].textContent;
   $("scoreboard").hidden = state.mode !== "play" || !state.game;
   $("in-play").hidden = !state.game;
-  if (state.mode === "play" && !state.game) $("sliders").hidden = true;
   $("game-form").open = !state.game;
   $("calls").hidden = true;
   sheet.movable = state.mode !== "play";
@@ -47,6 +46,7 @@ function begin() {
 function beginGame(laid) {
   newGame(laid);
   setMode();
+  $("sheet").scrollIntoView({ block: "nearest" });
   goOn({ since: 0 });
 }
 

@@ -112,6 +112,7 @@ export function clearThrow() {
   sheet.ghost(null);
   $("result").hidden = true;
   $("answer").hidden = true;
+  if (state.mode === "play") $("sliders").hidden = true; // until a throw is aimed
   $("act").replaceChildren();
   desk.shown = null;
 }
