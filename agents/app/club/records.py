@@ -160,7 +160,7 @@ class Throw:
     measures : encoded measurements, see `session_files.measures_of`; None if not measured yet,
         empty where the stone slid too short a way
     measured_of : digest of the tracks that were measured
-    athlete, hand, stone : who threw it, with which hand, and which stone; of other tables
+    athlete, hand, stone : names of the athlete and the stone, and the hand; of other tables
     """
 
     id: int
