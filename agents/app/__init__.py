@@ -30,7 +30,7 @@ __getattr__, __dir__ = lazy_names(
         "screens": ("SCREENS",),
         "sheet.forms": ("CallsForm", "GameForm", "PlanForm", "RunForm", "asked"),
         "sheet.games": ("advised", "called", "played"),
-        "sheet.ice_sheet": ("EarlierIce", "centre_of", "change_of_maps", "ice_document"),
+        "sheet.ice_sheet": ("EarlierIce", "change_of_maps", "ice_document"),
         "sheet.throws": ("planned", "run"),
         "take_in": ("is_in",),
         "work.queue": ("WorkQueue",),

@@ -7,11 +7,12 @@ import re
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import date, timedelta
 from itertools import groupby
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 from agents.app.club import Camera, Club, Film, Session
 from agents.app.club.club import ICE, TRACKS, named_row, plain
@@ -33,24 +34,15 @@ FILM_OF_THROW = re.compile(r".*-(\d{1,5})\.mp4")
 """Films of one throw each are named for its number, as `curling film` and `curling demo` do."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Found:
-    """Files of a session found in a folder.
-
-    Parameters
-    ----------
-    throws : the tracks of each throw by its number, the thrown stone's first
-    notes : what is noted of the throws
-    hands : of the athletes
-    films : by the number of the throw that they show
-    scene : of the camera that filmed them
-    ice : file
-    """
+class Found(NamedTuple):
+    """Files of a session found in a folder."""
 
     throws: Mapping[int, Sequence[Trajectory]]
+    """The tracks of each throw by its number, the thrown stone's first."""
     notes: Mapping[int, ThrowNote]
     hands: Mapping[str, str]
     films: Mapping[int, Path]
+    """By the number of the throw that they show."""
     scene: Path | None
     ice: Path | None
 
@@ -87,26 +79,12 @@ def look_through(folder: Path) -> Found:
 
 
 def take_in(club: Club, folder: Path, *, name: str, day: str, sheet: str) -> Session:
-    """A new session from the files of a folder, which stay as they are.
-
-    Parameters
-    ----------
-    name, day, sheet : of the session
-
-    Raises
-    ------
-    InputError : see `look_through`
-    """
+    """A new session from the files of a folder, which stay as they are."""
     return fill_from(club, begin_from(club, folder, name=name, day=day, sheet=sheet), folder)
 
 
 def begin_from(club: Club, folder: Path, *, name: str, day: str, sheet: str) -> Session:
-    """A new session that `fill_from` fills; the folder counts as taken in from now on.
-
-    Raises
-    ------
-    InputError : see `look_through`
-    """
+    """A new session that `fill_from` fills; the folder counts as taken in from now on."""
     look_through(folder)
     session = club.add_session(name, day, sheet, None)
     club.keep_setting(_mark(folder), str(session.id))
@@ -114,12 +92,7 @@ def begin_from(club: Club, folder: Path, *, name: str, day: str, sheet: str) -> 
 
 
 def fill_from(club: Club, session: Session, folder: Path) -> Session:
-    """Fill a session with what a folder holds; one that was filled in part is filled up.
-
-    Raises
-    ------
-    InputError : see `look_through`
-    """
+    """Fill a session with what a folder holds; one that was filled in part is filled up."""
     found = look_through(folder)
     if found.scene is not None and session.camera_id is None:
         camera = _camera(club, found.scene)
@@ -267,10 +240,6 @@ def begin_sessions(
     folders : folders with tracks; one that the club has already is skipped, with a remark
     demo : also begin a made-up evening
     remark : called with what the person at the terminal should know
-
-    Raises
-    ------
-    InputError : see `take_in.look_through`
     """
     today = date.today().isoformat()
     for folder in folders:

@@ -7,6 +7,8 @@
 - `stones`: stones that run and curl alike (`match_stones`)
 - `seen_throws`, `released`: the actual throw; `intended`: the intended one, and habits
 - `throw_parts`: the contribution of each cause to a miss
+- `draw_weight`, `measured_ice`: draws down the centre line, compared; curl and weight as draws show
+  them; `scores`: points of drills
 - `runs`, `ices`: throws simulated on ices; the ice before each of them, corrected by all of them
 - `coaching_figures`: pictures of the results
 - `tuning`: chosen constants

@@ -273,6 +273,11 @@ _WORD = re.compile(r"[^\s,;]+")
 _FILLERS = frozenset(
     ("to", "the", "at", "on", "weight", "handle", "and", "of", "from", "a", "hog", "line")
 )
+_STONE = (
+    r"(?:the |a )?(?:(?:left|right|centre|center|corner|long|tight|high|shot|red|yellow|our|their)"
+    r" )*(?:guard|stone|rock|shot)s?\b"
+)
+"""A stone that a shot goes round, or hits."""
 _SPELLINGS = (
     (re.compile(r"\bhit[ -](?:(?:and|&|n)[ -])?(?:stay|stick)\b"), "hit-and-stay"),
     (re.compile(r"\bhit[ -](?:(?:and|&|n)[ -])?roll\b"), "hit-and-roll"),
@@ -283,6 +288,14 @@ _SPELLINGS = (
     (re.compile(r"\bthrow[ -](?:through|away)\b"), "throw-through"),
     (re.compile(r"\bdouble (?:take[ -]?out|peel)\b"), "double"),
     (re.compile(r"\b(?:double|triple) raise\b|\braise (?:take[ -]?out)\b"), "runback"),
+    (re.compile(r"(?<![\w-])(?:behind|around|off) " + _STONE), ""),
+    (re.compile(r"\b(come-around|peel|tick|raise|hit|runback|freeze (?:to|on)) " + _STONE), r"\1"),
+    (re.compile(r"\brunback double\b"), "runback"),
+    (re.compile(r"\btap[ -]?up\b|\bangle raise\b"), "raise"),
+    (re.compile(r"\b(tick|tap|draw|peel) shot\b"), r"\1"),
+    (re.compile(r"\bhit-and-roll (?:to the )?(?:left|right)\b"), "hit-and-roll"),
+    (re.compile(r"\bfreeze (?:to|on) (?:red|yellow|shot)\b"), "freeze"),
+    (re.compile(r"\b(four|eight|twelve)(?:[- ]foot)? (left|right)\b"), r"\2 \1"),
     (re.compile(r"\bback[ -]?line weight\b"), "backline weight"),
     (re.compile(r"\bt[ -]line\b"), "tee"),
     (re.compile(r"\btake out\b"), "takeout"),
@@ -293,7 +306,7 @@ _SPELLINGS = (
     (re.compile(r"\bfull (four|eight|twelve|4|8|12)\b(?: foot)?"), r"\1 foot"),
     (re.compile(r"\b(top|back) (?:of )?(?:the )?(?:house|rings)\b"), r"\1 twelve"),
     (re.compile(r"\btop button\b"), "button"),
-    (re.compile(r"\blong guard\b"), "high guard"),
+    (re.compile(r"\blong (?:cent(?:re|er) )?guard\b"), "high guard"),
     (re.compile(r"\bin (?=\d{1,2}\.\d+$)"), ""),
     (re.compile(r"\bcenter\b"), "centre"),
     (re.compile(r"\bcorner guard (left|right)\b"), r"\1 corner guard"),

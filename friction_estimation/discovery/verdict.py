@@ -87,7 +87,7 @@ def _missing_effects(found: Discovery) -> list[str]:
         named.setdefault(readable(effect.label), []).extend(others)
     lacking = [" or else ".join(dict.fromkeys([name, *others])) for name, others in named.items()]
     if found.unknown:
-        variables = [_in_words(d.followed) for d in found.dependences]
+        variables = [in_words(d.followed) for d in found.dependences]
         scatter = scatter_in_words(found)
         follows = f" that follows {_and(variables)}" if variables else ""
         lacking.append(f"something unknown{follows or (scatter and f', by which {scatter}')}")
@@ -115,10 +115,11 @@ def _off(found: Discovery) -> list[str]:
     return parts
 
 
-def _in_words(variable: str) -> str:
+def in_words(variable: str) -> str:
     """Return a variable that the unknown follows, in words."""
     words = {
         "t": "the time since release",
+        "clock": "the time of the session",
         "x": "the line",
         "y": "the place along the sheet",
         "direction": "the direction of play",

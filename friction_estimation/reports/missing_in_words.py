@@ -10,7 +10,23 @@ from msgspec import Meta, Struct, field
 from curling_env.infrastructure.files.schema import Short, Text, checked
 from curling_env.physics.effects import catalogue
 from friction_estimation.discovery.report import REPORT_FORMAT
-from friction_estimation.discovery.verdict import readable
+from friction_estimation.discovery.verdict import in_words, readable
+
+TITLES = {
+    "curl": "stones curl",
+    "slope": "the ice falls to one side or one end",
+    "friction_map": "keen and heavy areas",
+    "friction_patch": "a keen or heavy spot",
+    "pebble_wear": "the pebble wears where stones have run",
+    "time_drift": "the ice becomes keener or heavier during the session",
+    "stone_bias": "a stone that is keener or heavier than the others",
+    "speed_dependent_friction": "fast and slow stones run on different weight",
+    "sweeping": "sweeping carries the stones",
+    "spin_drag": "stones lose their turn",
+    "air_drag": "the air slows fast stones",
+    "unknown": "something that no known effect explains",
+}
+"""Effects in the words of ice makers."""
 
 
 class Missing(Struct, kw_only=True):
@@ -25,16 +41,16 @@ class Missing(Struct, kw_only=True):
 
     @property
     def title(self) -> str:
-        """Name in words, such as ``the curl``."""
-        if self.name == "unknown":
-            return "something that no known effect explains"
-        return readable(self.name)
+        """The effect in the words of ice makers."""
+        return TITLES.get(self.name) or readable(self.name)
 
     @property
     def words(self) -> str:
         """Signs of the effect and their places."""
-        follows = ", ".join(self.depends_on)
-        return self.where or (f"it follows {follows}" if follows else "")
+        follows = " and ".join(map(in_words, self.depends_on))
+        if follows and (self.name == "unknown" or not self.where):
+            return f"stones slow down or bend differently by {follows}"
+        return self.where
 
     @property
     def unsure(self) -> tuple[str, ...]:

@@ -38,12 +38,14 @@ SESSIONS, FILMS, CAMERAS, PLAYABLE = "sessions", "films", "cameras", "playable"
 TRACKS, ICE, DISCOVERY = "tracks.csv", "ice.json", "discovery"
 """Names of a session's files, as every command knows them."""
 LONGEST_NAME = 80
-THROWS_OF_SESSION = (
-    "select throw.* from throw left join film on film.id = throw.film_id "
-    "where throw.session_id = ? and throw.removed is null and film.removed is null "
-    "order by throw.number"
+THROWS = (
+    "select throw.*, coalesce(athlete.name, '') as athlete, coalesce(stone.name, '') as stone, "
+    "coalesce(athlete.hand, 'right') as hand from throw left join film on film.id = throw.film_id "
+    "left join athlete on athlete.id = throw.athlete_id "
+    "left join stone on stone.id = throw.stone_id "
+    "where throw.removed is null and film.removed is null and "
 )
-"""The question for the throws of a session that are there."""
+"""The question for throws that are there, with the names of athlete and stone."""
 
 
 class Club:
@@ -197,12 +199,12 @@ class Club:
 
     def throws(self, session: Session) -> list[Throw]:
         """The throws of a session in order of play."""
-        return self.database.rows(Throw, THROWS_OF_SESSION, session.id)
+        query = f"{THROWS} throw.session_id = ? order by throw.number"
+        return self.database.rows(Throw, query, session.id)
 
     def throw(self, number: int) -> Throw | None:
         """A throw by its own number, not that within its session."""
-        query = "select * from throw where id = ? and removed is null"
-        return self.database.row(Throw, query, number)
+        return self.database.row(Throw, f"{THROWS} throw.id = ?", number)
 
     def names(self, table: str) -> list[tuple[int, str]]:
         """Numbers and names of a table, sorted as people count."""

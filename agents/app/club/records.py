@@ -160,6 +160,7 @@ class Throw:
     measures : encoded measurements, see `session_files.measures_of`; None if not measured yet,
         empty where the stone slid too short a way
     measured_of : digest of the tracks that were measured
+    athlete, hand, stone : names of the athlete and the stone, and the hand; of other tables
     """
 
     id: int
@@ -179,6 +180,9 @@ class Throw:
     measures: bytes | None = None
     measured_of: str = ""
     swept: str = ""
+    athlete: str = ""
+    hand: Hand = Hand.RIGHT
+    stone: str = ""
 
     @property
     def label(self) -> int:
@@ -199,7 +203,7 @@ class Target:
 
 @dataclass(frozen=True, kw_only=True)
 class Position:
-    """A position of stones that was saved: the part of the address of *Throw* that shows it."""
+    """A position of stones that was saved: the part of the address of *Plan* that shows it."""
 
     id: int
     name: str

@@ -112,7 +112,11 @@ def delete_for_good(club: Club, kind: Kind, number: int) -> None:
 def _delete_files(club: Club, session: Session, film: Film) -> None:
     """Delete what was found in a film, its copy, and the film if it was sent here."""
     part, path = part_path(club, session, film), club.path(film.file)
-    paths = [part, part.with_suffix(".json"), club.path(f"{PLAYABLE}/film-{film.id}.mp4")]
+    paths = [
+        part,
+        part.with_suffix(".json"),
+        *(club.path(f"{PLAYABLE}/film-{film.id}.{kind}") for kind in ("mp4", "jpg")),
+    ]
     if path.is_relative_to(club.folder_of(session)):  # a film elsewhere is the user's
         paths += [path, path.with_name(path.name + DRAFT)]
     for one in paths:

@@ -246,7 +246,10 @@ def _bring_up_to_date(club: Club, session: Session) -> None:
         }
         digest = _digest(tracks)
         if row is None or row.measured_of != digest:
-            values |= {"measures": _measured(tracks), "measured_of": digest}
+            # Nothing is kept of a throw that is too short.
+            table = throw_table(tracks)
+            measures = encoded(table[0]) if table else b""
+            values |= {"measures": measures, "measured_of": digest}
         entered.append((row, values))
         if row is None or row.removed is None:
             shown.append(tracks if row is None else [_as_swept(tracks[0], row.swept), *tracks[1:]])
@@ -260,12 +263,6 @@ def _bring_up_to_date(club: Club, session: Session) -> None:
                 changed(connection, "throw", row.id, **values)
         changed(connection, "session", session.id, stale=1)
     _write_files(club, session, sorted(shown, key=lambda tracks: tracks[0].throw))
-
-
-def _measured(tracks: Sequence[Trajectory]) -> bytes:
-    """The measurements of a throw for its row; empty if it is too short."""
-    found = throw_table(tracks)
-    return encoded(found[0]) if found else b""
 
 
 def _called_now(connection: sqlite3.Connection, session: int, film: int) -> dict[str, Any]:
@@ -310,7 +307,7 @@ def _write_files(club: Club, session: Session, throws: Sequence[Sequence[Traject
         return
     for name in (TRACKS, THROW_LIST, HANDS_LIST):  # all of them were removed
         (club.folder_of(session) / name).unlink(missing_ok=True)
-    _mark_clean(club, session)
+    club.change("session", session.id, stale=0)
 
 
 def _write_notes(club: Club, session: Session) -> None:
@@ -318,28 +315,20 @@ def _write_notes(club: Club, session: Session) -> None:
     folder = club.folder_of(session)
     entries = [one for one in club.throws(session) if one.part >= 0]
     targets = club.named_targets()
-    athletes = {one.id: one for one in club.athletes()}
-    stones = {one.id: one.name for one in club.stones()}
-    seen = [athletes[one.athlete_id] for one in entries if one.athlete_id is not None]
-    throwing = {one.name: one.hand.value for one in seen}
-    names = {one.id: one.name for one in seen}
+    throwing = {one.athlete: one.hand.value for one in entries if one.athlete}
     if entries:
         with together():
             write_table(
                 folder / THROW_LIST,
                 {
                     "throw": [one.number for one in entries],
-                    "athlete": [names.get(one.athlete_id or 0, "") for one in entries],
-                    "stone": [stones.get(one.stone_id or 0, "") for one in entries],
+                    "athlete": [one.athlete for one in entries],
+                    "stone": [one.stone for one in entries],
                     "called": [with_places(one.called, targets) for one in entries],
                     "note": [_cell(one.note) for one in entries],
                 },
             )
             write_table(folder / HANDS_LIST, {"athlete": [*throwing], "hand": [*throwing.values()]})
-    _mark_clean(club, session)
-
-
-def _mark_clean(club: Club, session: Session) -> None:
     club.change("session", session.id, stale=0)
 
 

@@ -67,16 +67,15 @@ def keep_target(club: Club, name: str, x: float, y: float) -> Target:
     return kept
 
 
-def rename_target(connection: sqlite3.Connection, number: int, name: str) -> None:
-    """Rename a target, also in the calls and drills that name it.
+def rename_in_calls(connection: sqlite3.Connection, number: int, name: str) -> None:
+    """Write another name of a target into the calls and drills that name it.
 
     Raises
     ------
-    InputError : a name that calls have a meaning for, or that another target has
+    InputError : a name that calls have a meaning for
     """
     _check_name(name)
     (old,) = rows_of(connection, Target, "select * from target where id = ?", (number,))
-    changed(connection, "target", number, name=name)
     for table, column in (("throw", "called"), ("session", "drill")):
         rows = connection.execute(f"select id, {column} from {table}").fetchall()
         for row, called in rows:

@@ -13,9 +13,9 @@ from agents.app.club import Club, Session
 from agents.app.pages import Screen, club_of, number_in, page, session_of
 from agents.app.sheet.choices import centre_of_session
 from agents.app.sheet.forms import rounded
-from agents.app.sheet.ice_sheet import compared_in_words
 from agents.app.work.causes import believed_ice, causes_of, earlier_sessions
 from agents.coaching import Pattern, ThrowCauses
+from agents.coaching.draw_weight import compared_in_words
 from agents.coaching.in_words import CAUSE_WORDS, offset, part_in_words
 from agents.coaching.misses.causes import CAUSES, INTERVAL, Cause
 from curling_env.sheet import Direction, to_sheet
@@ -70,6 +70,7 @@ def show(request: Request) -> Response:
         athletes=sorted(name for name in patterns if name),
         athlete=athlete,
         throws=[_row(one, there) for one in shown],
+        longest=max((sum(p.size for p in one.parts.values()) for one in shown), default=1.0),
         chosen=None if chosen is None else _row(chosen, there),
         picture=None if chosen is None else _picture(chosen),
         compared=_compared(club, session, believed),
@@ -114,6 +115,7 @@ def _row(one: ThrowCauses, there: set[int]) -> dict[str, Any]:
     parts = {
         cause: {
             "words": part_in_words(part) if part.size >= SMALL else "",
+            "size": part.size,
             "share": part.share.value,
             "half": INTERVAL * (part.share.sigma or 0.0),
         }

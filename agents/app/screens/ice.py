@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
@@ -12,10 +13,11 @@ from agents.app.club.session_files import measures_of
 from agents.app.pages import Screen, club_of, number_in, page, session_of
 from agents.app.screens.practice import CONDITIONS
 from agents.app.sheet.choices import centre_of_session, findings_of, ice_of, season_of
+from agents.app.sheet.forms import rounded
 from agents.app.sheet.ice_sheet import LANE_NAMES, MOSTLY_SEEN, EarlierIce, ice_document
-from agents.app.sheet.measured_ice import change_of_weight, curl_map
 from agents.app.work.causes import earlier_sessions
 from agents.app.work.jobs import running
+from agents.coaching.measured_ice import change_of_weight, curl_map
 from curling_env.errors import InputError
 
 MOST_EARLIER = 5
@@ -53,6 +55,7 @@ def show(request: Request) -> Response:
                 404, "That session has no earlier ice of this sheet; choose one from the list."
             )
     throws = [measures_of(one.measures) for one in club.throws(session)]
+    curl = curl_map(ice.sheet, throws)
     hand = "left" if request.query_params.get("hand") == "left" else "right"
     return page(
         request,
@@ -77,7 +80,9 @@ def show(request: Request) -> Response:
             "cells": document["cells"],
             "seconds": document["seconds_per_share"],
             "change": None if against is None else against["cells"],
-            "curl": curl_map(ice.sheet, throws),
+            "curl": None
+            if curl is None
+            else {k: rounded(v) if np.ndim(v) else v for k, v in curl.items()},
         },
     )
 

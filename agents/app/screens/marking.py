@@ -57,7 +57,7 @@ async def answer(request: Request) -> Response:
             _keep_from(club, session, film, camera, scene)
 
     # The page comes at once; its script waits for the film, which may take long to open.
-    marking = AnnotationPage(lambda: _annotation(club, films, camera), keep)
+    marking = AnnotationPage(lambda: _annotation(club, films, camera), keep, units=club.units)
     status, kind, content = await run_in_threadpool(
         marking.answer, request.path_params["rest"], asked
     )

@@ -9,27 +9,11 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from agents.app.club import Camera, Club, Session
+from agents.app.club import Camera, Club, Session, films, removal
 from agents.app.club.club import changed, named
-from agents.app.club.films import (
-    add_piece,
-    begin_film,
-    films_there,
-    take_film,
-    waits,
-)
 from agents.app.club.records import Note, State
-from agents.app.club.removal import (
-    KINDS,
-    Kind,
-    bring_back,
-    delete_for_good,
-    remove,
-    removed_in,
-    removed_sessions,
-)
 from agents.app.club.session_files import finish_files, note_change
-from agents.app.club.targets import rename_target
+from agents.app.club.targets import rename_in_calls
 from agents.app.pages import (
     Screen,
     club_of,
@@ -54,8 +38,15 @@ SHEETS = {f"{sheet.length:g}x{sheet.width:g}": sheet for sheet in OFFERED}
 """Sizes of the ice that a camera may see."""
 WORK = ("track", "estimate", "discover")
 """Kinds of work that the page may ask for."""
-RENAMED, MERGED = ("athlete", "stone", "camera", "target", "position"), ("athlete", "stone")
-"""Tables of the database whose rows can be renamed, and those whose rows can be merged so."""
+RENAMED = ("athlete", "stone", "camera", "target", "position")
+"""Tables of the database whose rows can be renamed."""
+MERGED = {
+    "athlete": (("throw", "athlete_id"),),
+    "stone": (("throw", "stone_id"),),
+    "camera": (("session", "camera_id"), ("film", "camera_id")),
+    "target": (),
+}
+"""Tables whose rows are merged by giving one the name of another; the columns that hold them."""
 LONGEST_LIST = 400
 """Letters of a list of numbers, and of what an ice technician enters."""
 CONDITIONS = ("pebble", "temperature", "humidity", "scrape")
@@ -76,7 +67,7 @@ def show(request: Request) -> Response:
         cameras=club.cameras(),
         camera=camera,
         sizes=[(key, size_in_words(sheet)) for key, sheet in SHEETS.items()],
-        there=films_there(club),
+        there=films.films_there(club),
         endings=",".join(SUFFIXES),
         today=datetime.date.today().isoformat(),
         can_be_marked=session is not None and can_be_marked(club, session),
@@ -84,8 +75,8 @@ def show(request: Request) -> Response:
         names={table: club.names(table) for table in RENAMED},
         merged=MERGED,
         notes=[] if session is None else club.notes(session),
-        removed=[] if session is None else removed_in(club, session),
-        removed_sessions=removed_sessions(club),
+        removed=[] if session is None else removal.removed_in(club, session),
+        removed_sessions=removal.removed_sessions(club),
         state=None if session is None else state_of(club, session),
     )
 
@@ -98,7 +89,7 @@ async def begin(request: Request) -> Response:
 
 
 async def rename(request: Request) -> Response:
-    """Rename something; another athlete or stone of that name is merged."""
+    """Rename something; if another one has that name, both are merged."""
     club, form = club_of(request), await form_of(request)
     table, name = form.get("table", ""), named(form.get("name", ""), "it")
     if table not in RENAMED:
@@ -107,20 +98,26 @@ async def rename(request: Request) -> Response:
     with club.database.writing() as connection:
         query = f"select id from {table} where name = ? and id <> ?"
         other = connection.execute(query, (name, number)).fetchone()
-        if other is None and table == "target":
-            rename_target(connection, number, name)
-        elif other is None:
+        if table == "target":
+            rename_in_calls(connection, number, name)
+        if other is None:
             changed(connection, table, number, name=name)
         elif table not in MERGED:
             raise InputError(f"another {table} has this name; choose another", source=name)
         else:
-            query = f"update throw set {table}_id = ? where {table}_id = ?"
-            connection.execute(query, (other[0], number))
+            for of, column in MERGED[table]:
+                query = f"update {of} set {column} = ? where {column} = ?"
+                connection.execute(query, (other[0], number))
             connection.execute(f"delete from {table} where id = ?", (number,))
+            if table == "target":
+                changed(connection, table, other[0], removed=None)
         note_change(connection, "true")
     await run_in_threadpool(finish_files, club)
-    session = form.get("session", "")
-    return go_to(request, f"practice/{session}" if session.isdecimal() else "practice")
+    if table == "camera":  # films that had other marks are tracked with those of the camera
+        for session in club.sessions():
+            _track_if_marked(club, session)
+    here = form.get("session", "")
+    return go_to(request, f"practice/{here}" if here.isdecimal() else "practice")
 
 
 async def announce_film(request: Request) -> Response:
@@ -129,7 +126,7 @@ async def announce_film(request: Request) -> Response:
     name, size = result.get("name"), result.get("size")
     if not isinstance(name, str) or not isinstance(size, int):
         raise InputError("expected the name and the size of a film")
-    film = begin_film(club, session, name, size)
+    film = films.begin_film(club, session, name, size)
     return JSONResponse({"film": film.id, "received": film.received})
 
 
@@ -137,7 +134,7 @@ async def receive_piece(request: Request) -> Response:
     """The next piece of a film; the last one sets off tracking."""
     club, (film, session) = club_of(request), film_of(request)
     begin = number_in(request.query_params.get("begin", ""), "the first byte")
-    film = add_piece(club, film, begin, await request.body())
+    film = films.add_piece(club, film, begin, await request.body())
     if film.is_whole:
         _track_if_marked(club, session)
     return JSONResponse({"received": film.received})
@@ -193,7 +190,7 @@ def choose_camera(request: Request, session: Session, form: dict[str, str]) -> N
 def take(request: Request, session: Session, form: dict[str, str]) -> None:
     """A film that lies in the club folder."""
     club = club_of(request)
-    take_film(club, session, club.path(form.get("file", "")))
+    films.take_film(club, session, club.path(form.get("file", "")))
     _track_if_marked(club, session)
 
 
@@ -265,7 +262,7 @@ def _session(request: Request) -> Session:
 def _track_if_marked(club: Club, session: Session) -> None:
     session = club.session(session.id) or session
     camera = club.camera(session.camera_id)
-    waiting = any(waits(club, session, film) for film in club.films(session))
+    waiting = any(films.waits(club, session, film) for film in club.films(session))
     if waiting and camera is not None and camera.scene is not None:
         jobs.submit(club, "track", session)
 
@@ -289,13 +286,19 @@ def _chosen_camera(club: Club, form: dict[str, str]) -> Camera | None:
     return camera
 
 
-REMOVALS = {"remove": remove, "bring-back": bring_back, "delete": delete_for_good}
+REMOVALS = {
+    "remove": removal.remove,
+    "bring-back": removal.bring_back,
+    "delete": removal.delete_for_good,
+}
 
 
 async def deal(request: Request) -> Response:
     """Remove what the form names, once the work on it has ended; or bring it back, or delete it."""
     club, form = club_of(request), await form_of(request)
-    kind: Kind | None = next((one for one in KINDS if one == form.get("kind")), None)
+    kind: removal.Kind | None = next(
+        (one for one in removal.KINDS if one == form.get("kind")), None
+    )
     if kind is None:
         raise InputError("expected a session, a film or a throw")
     number = number_in(form.get("id", ""), f"a {kind}")

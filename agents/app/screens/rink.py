@@ -11,9 +11,10 @@ from agents.app.club.session_files import SWEPT
 from agents.app.pages import Screen, club_of, form_of, go_to, page, session_of, text_in
 from agents.app.screens.throws import entry_of, reading_of
 from agents.app.views.progress import state_of
-from agents.app.views.throws import ELSEWHERE, HIT, POINTS, leaderboard, sheets_of
+from agents.app.views.throws import sheets_of
 from agents.app.work.jobs import running
 from agents.coaching.calls import shown_call, typed_call
+from agents.coaching.scores import ELSEWHERE, HIT, POINTS, leaderboard
 
 LONGEST = 300
 """Letters of a drill's call, and of a list of athletes."""
@@ -38,7 +39,7 @@ def show(request: Request) -> Response:
         filming=running(club, "record", session),
         marked=camera is not None and bool(camera.scene),
         latest=throws[-1] if throws else None,
-        entry=entry_of(club, throws[-1]) if throws else {},
+        entry=entry_of(throws[-1]) if throws else {},
         athletes=club.athletes(),
         stones=club.stones(),
         targets=club.targets(),

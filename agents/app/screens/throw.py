@@ -1,4 +1,4 @@
-"""The screen *Throw*: a target, a throw by hand, a position and its best call, a game."""
+"""The screen *Plan*: a target, a throw by hand, a position and its best call, a game."""
 
 from __future__ import annotations
 
@@ -163,7 +163,7 @@ def _answering(name: str, form: type[Any], answer: Callable[[Club, Any], dict[st
 
 SCREEN = Screen(
     "throw",
-    "Throw",
+    "Plan",
     show,
     [
         Route("/throw/{kind}/{number:int}/forget", forget, methods=["POST"]),

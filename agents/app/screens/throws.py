@@ -23,7 +23,7 @@ from agents.app.pages import Screen, club_of, film_of, form_of, go_to, page, ses
 from agents.app.views.film_view import throw_view
 from agents.app.views.progress import in_words
 from agents.app.views.throws import COLUMNS, sheets_of, throw_numbers
-from agents.app.work.film_copy import copy_of
+from agents.app.work.film_copy import copy_of, still_of
 from agents.app.work.jobs import COPY, requested
 from agents.coaching import ThrowSheet, read_call
 from agents.coaching.calls import call_error, shown_call, typed_call
@@ -58,9 +58,9 @@ def show(request: Request) -> Response:
             "throw": one,
             "sheet": sheets[one.number],
             "numbers": throw_numbers(sheets[one.number]),
-            "entry": entry,
+            "entry": entry_of(one),
         }
-        for one, entry in zip(throws, entries_of(club, throws), strict=True)
+        for one in throws
         if one.number in sheets and chosen in ("", sheets[one.number].athlete)
     ]
     athletes = sorted({sheet.athlete for sheet in sheets.values() if sheet.athlete})
@@ -108,7 +108,7 @@ def show_throw(request: Request) -> Response:
         film=film,
         waiting=film is not None and has_other_marks(club, session, film),
         copied=film is not None and copy_of(club, film).exists(),
-        entry=entry_of(club, throw),
+        entry=entry_of(throw),
         swept=SWEPT,
         athletes=club.athletes(),
         stones=club.stones(),
@@ -174,6 +174,16 @@ def show_copy(request: Request) -> Response:
     return _sent(copy_of(club_of(request), film))
 
 
+def show_still(request: Request) -> Response:
+    """A small picture of a film; nothing for one that cannot be read."""
+    film, _ = film_of(request)
+    try:
+        path = still_of(club_of(request), film)
+    except InputError:
+        return Response(status_code=204)
+    return FileResponse(path, headers={"Cache-Control": "private, max-age=86400"})
+
+
 def _sent(path: Path) -> Response:
     if not path.is_file():
         raise HTTPException(404, "That film does not exist or was removed.")
@@ -211,7 +221,7 @@ async def enter(request: Request) -> Response:
     was = parse_json(form.get("was") or "{}", source="was")
     if not isinstance(was, dict):
         raise InputError("expected an object", source="was")
-    now = entry_of(club, throw)
+    now = entry_of(throw)
     entered = {name: value for name, value in given.items() if value != was.get(name)}
     theirs = {
         name: now[name]
@@ -227,7 +237,7 @@ async def enter(request: Request) -> Response:
     await run_in_threadpool(_keep, club, session, throw, entered)
     if _wants_json(request):
         found = club.throw(throw.id)
-        entry = entry_of(club, throw if found is None else found)
+        entry = entry_of(throw if found is None else found)
         return JSONResponse({"now": entry, **reading_of(club, entry["called"])})
     return go_to(request, f"throws/{session.id}/{throw.label}")
 
@@ -236,30 +246,17 @@ def _wants_json(request: Request) -> bool:
     return "application/json" in request.headers.get("Accept", "")
 
 
-def entry_of(club: Club, throw: Throw) -> dict[str, str]:
+def entry_of(throw: Throw) -> dict[str, str]:
     """A coach's entry as the fields of its form."""
-    return entries_of(club, [throw])[0]
-
-
-def entries_of(club: Club, throws: Sequence[Throw]) -> list[dict[str, str]]:
-    """Entries of throws as the fields of their forms."""
-    athletes = {one.id: one for one in club.athletes()}
-    stones = {one.id: one.name for one in club.stones()}
-    found: list[dict[str, str]] = []
-    for throw in throws:
-        athlete = athletes.get(throw.athlete_id or 0)
-        found.append(
-            {
-                "athlete": "" if athlete is None else athlete.name,
-                "hand": "right" if athlete is None else athlete.hand.value,
-                "stone": stones.get(throw.stone_id or 0, ""),
-                "called": shown_call(throw.called),
-                "made": next(word for word, value in MADE.items() if value is throw.made),
-                "note": throw.note,
-                "swept": throw.swept,
-            }
-        )
-    return found
+    return {
+        "athlete": throw.athlete,
+        "hand": throw.hand.value,
+        "stone": throw.stone,
+        "called": shown_call(throw.called),
+        "made": next(word for word, value in MADE.items() if value is throw.made),
+        "note": throw.note,
+        "swept": throw.swept,
+    }
 
 
 def _keep(club: Club, session: Session, throw: Throw, entered: Mapping[str, str]) -> None:
@@ -310,6 +307,7 @@ SCREEN = Screen(
         Route("/throws/read", read),
         Route("/throws/films/{film:int}", show_film),
         Route("/throws/films/{film:int}/copy", show_copy),
+        Route("/throws/films/{film:int}/still", show_still),
         Route("/throws/films/{film:int}/copy", make_playable, methods=["POST"]),
         Route("/throws/{session:int}/{throw:int}", show_throw),
         Route("/throws/{session:int}/{throw:int}", enter, methods=["POST"]),

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from agents.app.club import Club, Session
 from agents.app.club.club import DISCOVERY, digest_of_file
-from agents.app.sheet.ice_sheet import Centre, centre_of
 from agents.app.work.causes import errors_of, sessions_with_causes
+from agents.coaching.draw_weight import Centre, centre_of
 from curling_env.errors import InputError, placed
 from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure.files.reading import read_json

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from agents.app.sheet.forms import rounded
-from agents.coaching.lane_draws import LANES, LaneDraw, lane_draws
+from agents.coaching.draw_weight import Centre, centre_of_draws, compared_in_words
+from agents.coaching.lane_draws import LANES, lane_draws
 from curling_env.analysis.ice_remarks import NO_CURL as NO_CURL_COMMAND
 from curling_env.analysis.ice_remarks import (
     assumption_remark,
@@ -19,8 +20,7 @@ from curling_env.analysis.ice_remarks import (
 )
 from curling_env.analysis.ice_uncertainty import is_uncertain
 from curling_env.ice import Ice
-from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
-from curling_env.units import short_length
+from curling_env.sheet import Direction
 from friction_estimation.reports.keen_and_heavy import (
     NOTABLE,
     SIGMAS,
@@ -53,18 +53,6 @@ NO_CURL = (
     "this ice was estimated without effects, so no stone curls on it: estimate it again on the "
     "page Practice"
 )
-SAME_WEIGHT = 0.05
-"""Change of the time between the hog lines that no one feels [s]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Centre:
-    """Draws to the tee, with errors: mean time [s], time to each end [s], ice by handle [m]."""
-
-    seconds: float
-    seconds_sigma: float
-    ends: dict[str, tuple[float, float]]
-    ice: dict[str, tuple[float, float]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,7 +88,7 @@ def ice_document(
     found : what a discovery in the same session says
     """
     own = {direction: lane_draws(ice, direction) for direction in Direction}
-    centre = _centre([draw for draws in own.values() for draw in draws])
+    centre = centre_of_draws([draw for draws in own.values() for draw in draws])
     sentence = in_a_sentence(ice)
     if centre is not None:  # shares of friction, as seconds from hog line to hog line
         of = centre.seconds / 2
@@ -142,73 +130,6 @@ def cells_document(ice: Ice) -> dict[str, Any]:
         "relative": rounded(relative_map(ice), 4),
         "sigma": rounded(ice.friction.sigma / level(ice), 4),
     }
-
-
-def centre_of(ice: Ice) -> Centre | None:
-    """Draws down the centre line of an ice; None where none comes to rest on the tee line."""
-    return _centre([d for end in Direction for d in lane_draws(ice, end, lanes=(0.0,))])
-
-
-def _centre(draws: Sequence[LaneDraw]) -> Centre | None:
-    own = [d for d in draws if d.lane == 0.0 and d.description.hog_to_hog_s is not None]
-    if not own:
-        return None
-
-    def time(some: Sequence[LaneDraw]) -> tuple[float, float]:
-        return (
-            float(np.mean([d.description.hog_to_hog_s or 0.0 for d in some])),
-            float(np.mean([d.seconds_sigma or 0.0 for d in some])),
-        )
-
-    ends = {end.name.lower(): [d for d in own if d.direction is end] for end in Direction}
-    ice: dict[str, tuple[float, float]] = {}
-    for handle in ("in-turn", "out-turn"):
-        those = [d for d in own if d.description.right_hander == handle]
-        if those:
-            ice[handle] = (
-                float(np.mean([d.description.ice_m for d in those])),
-                float(np.mean([d.ice_sigma or 0.0 for d in those])),
-            )
-    seconds, sigma = time(own)
-    return Centre(
-        seconds=seconds,
-        seconds_sigma=sigma,
-        ends={end: time(some) for end, some in ends.items() if some},
-        ice=ice,
-    )
-
-
-def compared_in_words(centre: Centre | None, then: Centre | None) -> str:
-    """Compare two ices by draws to the tee: weight towards each end, and the ice to give."""
-    ends = centre.ends.keys() & then.ends.keys() if centre is not None and then is not None else ()
-    if centre is None or then is None or not ends:
-        return "no draw comes to rest on one of the two"
-    changes = {end: _weight_in_words(centre.ends[end], then.ends[end]) for end in sorted(ends)}
-    if len({*changes.values()}) == 1:
-        words = [*changes.values()][:1]
-    else:
-        words = [f"to the {end} end {change}" for end, change in changes.items()]
-    for handle in sorted(centre.ice.keys() & then.ice.keys()):
-        (now, a), (before, b) = centre.ice[handle], then.ice[handle]
-        if abs(now - before) > max(SIGMAS * float(np.hypot(a, b)), 0.1):
-            more = "more" if now > before else "less"
-            words.append(f"{short_length(now - before)} {more} ice for the {handle}")
-    return "; ".join(words)
-
-
-def _weight_in_words(now: tuple[float, float], then: tuple[float, float]) -> str:
-    """Compare two draw weights, each with its error [s]."""
-    change = now[0] - then[0]
-    error = max(SIGMAS * float(np.hypot(now[1], then[1])), 0.01)
-    if abs(change) < SAME_WEIGHT:
-        return "of the same weight"
-    # A stone of the same speed slides as much further as the friction is less.
-    carry = 2 * change / then[0] * (TEE_Y + HOG_LINE_Y)
-    far = f"a stone of the same speed {short_length(carry)} {'further' if carry > 0 else 'shorter'}"
-    longer = f"{abs(change):.2f} s {'longer' if change > 0 else 'shorter'} hog to hog, {far}"
-    if abs(change) <= error:
-        return f"no clear change: {longer}, ± {error:.2f} s"
-    return f"{'keener' if change > 0 else 'heavier'} today: {longer}"
 
 
 def change_of_maps(now: Ice, then: Ice) -> dict[str, Any] | None:

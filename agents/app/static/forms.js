@@ -144,7 +144,8 @@ function takeOver(page) {
   prepare();
 }
 
-const parsed = async (response) => new DOMParser().parseFromString(await response.text(), "text/html");
+/** The page that an answer holds. */
+export const parsed = async (response) => new DOMParser().parseFromString(await response.text(), "text/html");
 
 /** Bring the parts of this page up to date; false while the app does not answer. */
 export async function refresh() {

@@ -65,6 +65,7 @@ function filmLine(film) {
     ? `${Math.floor(100 * share)} % sent`
     : film.state === "done" ? plural(film.throws, "throw") : STATES[film.state];
   const line = element("li", { "data-state": film.state },
+    ...(film.state === "coming" ? [] : [element("img", { class: "still", src: at(`throws/films/${film.id}/still`), alt: "", loading: "lazy" })]),
     element("span", { class: "name" }, film.name), " ",
     element("span", { class: film.state === "failed" ? "bad" : "quiet" }, state));
   if (film.state === "coming") {

@@ -1,4 +1,4 @@
-// The screen "Throw". All that it shows follows from the address, so that it can be shared and reloaded.
+// The screen "Plan". All that it shows follows from the address, so that it can be shared and reloaded.
 
 import { TEE } from "./sheet.js";
 import { $, clearThrow, direction, hand, ice, keep, layStones, lying, play, post, readAddress, say, sheet, state, turnTo } from "./throw_board.js";
@@ -46,6 +46,7 @@ function begin() {
 function beginGame(laid) {
   newGame(laid);
   setMode();
+  $("sheet").scrollIntoView({ block: "nearest" });
   goOn({ since: 0 });
 }
 

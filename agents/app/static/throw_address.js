@@ -1,4 +1,4 @@
-// The address of the screen "Throw": all that it shows, so that it can be shared and reloaded.
+// The address of the screen "Plan": all that it shows, so that it can be shared and reloaded.
 
 import { TEE } from "./sheet.js";
 

@@ -1,4 +1,4 @@
-// What all modes of the screen "Throw" share: what the address says, the sheet, and asking the server.
+// What all modes of the screen "Plan" share: what the address says, the sheet, and asking the server.
 
 import { ask } from "./ask.js";
 import { HOG, placeInWords, RADIUS, Sheet, TEE, viewButtons } from "./sheet.js";
@@ -112,6 +112,7 @@ export function clearThrow() {
   sheet.ghost(null);
   $("result").hidden = true;
   $("answer").hidden = true;
+  if (state.mode === "play") $("sliders").hidden = true; // until a throw is aimed
   $("act").replaceChildren();
   desk.shown = null;
 }

@@ -3,7 +3,7 @@
 import { $, asJson, endOf, keep, lying, play, post, say, sheet, START, state, turnOf } from "./throw_board.js";
 import { show } from "./throw_found.js";
 import { freshEnd } from "./throw_game.js";
-import { length, SPEED, SPEED_NAME } from "./units.js";
+import { length } from "./units.js";
 
 let busy = false;
 let waiting = null;
@@ -35,12 +35,12 @@ export function runThrow() {
   });
 }
 
-/** What the sliders say: seconds and turns as soon as the throw is found. */
+/** What the sliders say: the broom at once, seconds and turns as soon as the throw is found. */
 export function sayHand(found = null) {
-  const { speed, angle, spin } = state.throw, broom = -START * Math.tan(angle), call = found?.call;
-  const weight = !call ? `${(speed / SPEED).toFixed(2)} ${SPEED_NAME}` : call.hog_to_hog_s === null ? "short of the hog line" : `${call.hog_to_hog_s.toFixed(1)} s`;
+  const { angle, spin } = state.throw, broom = -START * Math.tan(angle), call = found?.call;
+  const weight = !call ? $("speed-value").textContent || "…" : call.hog_to_hog_s === null ? "short of the hog line" : `${call.hog_to_hog_s.toFixed(1)} s`;
   const where = Math.abs(broom) < 0.005 ? "on the centre line" : `${length(broom)} ${broom > 0 ? "right" : "left"}`;
-  const turn = Math.abs(spin) < 0.01 ? "none" : call ? `${call.turns.toFixed(1)} turns, ${turnOf(call)}` : spin > 0 ? "counter-clockwise" : "clockwise";
+  const turn = Math.abs(spin) < 0.01 ? "none" : call ? `${call.turns.toFixed(1)} turns, ${turnOf(call)}` : $("spin-value").textContent || "…";
   for (const [id, words] of [["speed", weight], ["broom", where], ["spin", turn]]) {
     $(`${id}-value`).textContent = words;
     $(id).setAttribute("aria-valuetext", words);

@@ -1,6 +1,7 @@
 // A throw's film with the stone's path drawn over it, in step with its speed.
 
 import { ask, at, element } from "./ask.js";
+import { parsed } from "./forms.js";
 import { drawHouse } from "./house.js";
 import { jobLine, listen } from "./jobs.js";
 import { TEE } from "./sheet.js";
@@ -119,11 +120,14 @@ const overlay = drawOverlay(find("overlay"), track.picture);
 slider.min = t[0];
 slider.max = t[t.length - 1];
 
+let other = null; // shows another throw at the same time since its release
+
 function show(time) {
   const within = Math.min(Math.max(time, t[0]), t[t.length - 1]);
   const k = sampleAt(t, within + 1e-6);
   curve.show(within, speed[k]);
   overlay?.(k);
+  other?.(within - t[0]);
   slider.value = within;
   slider.setAttribute("aria-valuetext", `${(within - t[0]).toFixed(1)} seconds`);
   find("now").textContent = `${(within - t[0]).toFixed(1)} s: ${speed[k].toFixed(2)} ${SPEED_NAME}`;
@@ -173,9 +177,8 @@ if (film) {
   find("slow").addEventListener("change", (event) => {
     film.playbackRate = event.target.checked ? SLOWLY : 1;
   });
-  const step = track.frame ?? 1 / 25;
-  for (const [id, by] of [["frame-back", -step], ["frame-on", step]]) find(id).addEventListener("click", () => { film.pause(); go(film.currentTime + by); });
-  film.addEventListener("seeked", () => show(film.currentTime));
+  for (const [id, by] of [["frame-back", -track.frame], ["frame-on", track.frame]]) find(id).addEventListener("click", () => { film.pause(); go(film.currentTime + by); });
+  for (const name of ["seeked", "pause"]) film.addEventListener(name, () => show(film.currentTime));
   // With each frame that is shown, where the browser tells of it.
   if ("requestVideoFrameCallback" in film) {
     const each = (now, frame) => {
@@ -200,10 +203,47 @@ if (rest?.target) {
   above.aim({ x: rest.target[0], y: TEE + rest.target[1] });
   above.layers.target.firstElementChild.removeAttribute("tabindex");
 }
-find("beside").addEventListener("change", async (event) => {
-  const number = Number(event.target.value), address = find("throw").dataset.track.split("/");
-  if (!number) { above.trace([pathOf(track, "home")]); return; }
-  address[2] = number;
-  const other = await ask(address.join("/")).catch((error) => { find("now").textContent = error.message; });
-  if (other) above.trace([pathOf(other, "away"), pathOf(track, "home")]);
-});
+
+/** Put another throw beside this one: its path, its numbers, and its film, in step from the release. */
+async function putBeside(number) {
+  for (const one of document.querySelectorAll(".other")) one.remove();
+  other = null;
+  above.trace([pathOf(track, "home")]);
+  history.replaceState(null, "", number ? `#beside=${number}` : location.pathname + location.search);
+  if (!number) return;
+  const path = find("throw").dataset.track.replace(/\d+.track$/, number);
+  try {
+    const there = await ask(`${path}/track`), page = await parsed(await fetch(at(path)));
+    above.trace([pathOf(there, "away"), pathOf(track, "home")]);
+    const rows = [...page.querySelectorAll("table.what tr")], here = document.querySelector("table.what tbody");
+    for (const row of here?.rows ?? []) {
+      const same = rows.find((one) => one.cells[0].textContent === row.cells[0].textContent);
+      row.append(element("td", { class: "number other" }, ...(same?.cells[1].childNodes ?? [])));
+    }
+    const head = (team, words) => element("th", { scope: "col", class: "number" }, element("i", { class: `dot ${team}` }), words);
+    here?.prepend(element("tr", { class: "other" }, element("td"), head("home", "this throw"), head("away", `throw ${number}`)));
+    const video = page.getElementById("film");
+    if (film && video) showOther(film, document.importNode(video), there);
+  } catch (error) {
+    find("now").textContent = error.message;
+  }
+}
+
+function showOther(film, video, there) {
+  const svg = document.createElementNS(NAMESPACE, "svg"), followed = drawOverlay(svg, there.picture);
+  Object.assign(video, { id: "", controls: false, muted: true });
+  film.parentElement.after(element("div", { class: "film other" }, video, svg));
+  other = (since) => {
+    const time = there.t[0] + since;
+    if (Math.abs(video.currentTime - time) > (film.paused ? 0.01 : 0.2)) video.currentTime = time;
+    followed?.(sampleAt(there.t, time));
+    if (film.paused !== video.paused) video[film.paused ? "pause" : "play"]();
+    video.playbackRate = film.playbackRate;
+  };
+  go(Number(slider.value));
+}
+
+find("beside").addEventListener("change", ({ target }) => putBeside(Number(target.value)));
+const [, asked] = /^#beside=(\d+)$/.exec(location.hash) ?? [];
+if (asked) find("beside").value = asked;
+if (find("beside").value) putBeside(Number(find("beside").value));

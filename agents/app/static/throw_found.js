@@ -42,6 +42,8 @@ export function show(found) {
   if (state.mode === "play") { // the sliders go on from what is planned
     state.throw = found.throw;
     setHand();
+    sayHand(found);
+    $("sliders").hidden = false;
   }
   sheet.stop?.();
   sheet.trace([...(found.second ? tracesOf(found.second, team, "second") : []), ...tracesOf(found, team)]);

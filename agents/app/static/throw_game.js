@@ -105,10 +105,11 @@ function board(now, hushed) {
   const box = $("scoreboard"), ends = Math.max(now.ends, now.line_score.length);
   const count = hushed ? Math.max(now.line_score.length - 1, 0) : now.line_score.length;
   const heads = Array.from({ length: ends }, (_, k) => element("th", { scope: "col" }, String(k + 1)));
+  const [opponent] = [...$("opponent").options].find((one) => one.value === state.game.opponent).textContent.split(" (");
   const rows = ["home", "away"].map((team, k) => {
     const cells = Array.from({ length: ends }, (_, e) => element("td", {}, now.line_score[e] && (e < count || !hushed) ? String(now.line_score[e][k]) : ""));
     const total = now.start_score[k] + now.line_score.slice(0, hushed ? count : ends).reduce((sum, end) => sum + end[k], 0);
-    const who = state.game.person === team ? "you" : state.game.opponent;
+    const who = state.game.person === team ? "you" : opponent;
     return element("tr", {}, element("th", { scope: "row" }, element("i", { class: `dot ${team}` }), `${upper(NAMES[team])} (${who})`,
       ...(now.hammer === team ? [" ", element("span", { class: "hammer" }, "hammer")] : [])), ...cells,
       element("td", { class: "total" }, String(total)), element("td", { class: "left" }, now.stones_left[k] ? `${now.stones_left[k]}` : ""));

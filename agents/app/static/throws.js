@@ -33,7 +33,10 @@ async function read(input) {
   if (mine !== asked) return;
   const found = await ask(`throws/read?text=${encodeURIComponent(input.value)}`).catch(() => null);
   if (mine !== asked || !found) return;
-  reading(input).textContent = found.words || (found.problem ? `${found.problem}; kept as a remark.` : "");
+  const words = found.words || (found.problem ? `${found.problem}; kept as a remark.` : "");
+  reading(input).textContent = words;
+  // Beside the house, too: on a phone the keyboard may cover the field.
+  if (active === input) find("tap").textContent = words || `Tap the house where throw ${input.closest("tr").dataset.throw} should rest.`;
   reading(input).classList.toggle("warn", Boolean(found.problem));
   sheet.aim(found.target ? { x: found.target[0], y: TEE + found.target[1] } : null);
 }

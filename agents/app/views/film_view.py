@@ -46,7 +46,8 @@ def throw_view(club: Club, session: Session, throw: Throw) -> dict[str, Any] | N
     Returns
     -------
     ``t`` [s] counts as the film does, or from the track's beginning where there is no film;
-    ``speed`` [m/s]; ``ahead`` and ``right`` as the thrower sees it [m];
+    ``speed`` [m/s]; ``frame`` is the time between two frames [s];
+    ``ahead`` and ``right`` as the thrower sees it [m];
     ``picture`` with ``size``, ``path`` and ``outlines`` in pixels, or None where
     no film shows it. None where the track is not there.
     """
@@ -67,6 +68,7 @@ def throw_view(club: Club, session: Session, throw: Throw) -> dict[str, Any] | N
     return {
         "t": np.round(track.t + begin, 3).tolist(),
         "speed": np.round(speeds(track), 3).tolist(),
+        "frame": round(float(np.median(np.diff(track.t))), 4),
         "ahead": np.round(sign * track.xy[:, 1], 3).tolist(),
         "right": np.round(sign * track.xy[:, 0], 3).tolist(),
         "picture": None if camera is None else _in_picture(camera, track),

@@ -48,6 +48,7 @@ def hands_of(
             "sentence": _sentence(one),
             "picture": _picture(one, points, np.maximum(reach, (0.1, 0.01)), each),
             "over": _over_sessions([(about, own) for about, own in over if own.name == one.name]),
+            "charts": _charts([own for _, own in over if own.name == one.name][::-1]),
         }
         for one, points in shown
     ]
@@ -107,6 +108,24 @@ def _kept_errors(club: Club, session: Session) -> list[AthleteErrors]:
         return errors_of(club, [session], only_kept=True)[0]
     except ComingError:
         return []
+
+
+def _charts(errors: Sequence[AthleteErrors]) -> list[dict[str, Any]]:
+    """Usual error of weight and of line by session, the earliest first, with 95 % intervals."""
+    charts: list[dict[str, Any]] = []
+    for k, (name, up, down) in enumerate((("Weight", "heavy", "light"), ("Line", "right", "left"))):
+        usual = [
+            [end * (1.0 if k else abs(one.seconds_per_speed or 0.0)) for end in one.overall.bias[k]]
+            for one in errors
+        ]
+        most = max((abs(end) for one in usual for end in one), default=0.0)
+        if len(errors) > 1 and most > 0:
+            far = short_length(most) if k else f"{most:.1f} s"
+            points = [[round(50 - 46 * end / most, 1) for end in one] for one in usual]
+            charts.append(
+                {"name": name, "up": f"{far} {up}", "down": f"{far} {down}", "points": points}
+            )
+    return charts
 
 
 def _over_sessions(errors: Sequence[tuple[str, AthleteErrors]]) -> Any:

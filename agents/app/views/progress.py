@@ -16,8 +16,6 @@ from agents.app.club.films import has_other_marks
 from agents.app.club.records import State
 from agents.app.club.removal import removed_in
 from agents.app.views.throws import (
-    missed_by,
-    points_of,
     sheet_seen_live,
     sheets_of,
     throw_numbers,
@@ -34,6 +32,7 @@ from agents.app.work.jobs import (
 )
 from agents.coaching import ThrowSheet
 from agents.coaching.calls import shown_call
+from agents.coaching.scores import missed_by, points_of
 from curling_env.units import short_length
 from friction_estimation.reports.throws_section import throw_in_words
 

@@ -1,10 +1,10 @@
-"""Measured throws with the coach's entries: their numbers as people read them, and their points."""
+"""Measured throws with the coach's entries: their numbers as people read them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import floor, hypot, inf, log10
+from math import floor, log10
 
 from agents.app.club import Club, Session, Throw
 from agents.app.club.records import Hand, State
@@ -12,7 +12,6 @@ from agents.app.club.session_files import measures_of
 from agents.app.club.targets import with_places
 from agents.coaching import ThrowSheet
 from agents.coaching.throw_sheet import Hands, sheet_of
-from curling_env.sheet import RING_RADII
 from curling_env.units import miss, side
 from friction_estimation.tracks.measured import Measured
 from friction_estimation.tracks.throw_list import ThrowNote
@@ -128,8 +127,9 @@ def sheet_seen_live(club: Club, session: Session) -> ThrowSheet | None:
     if measures is None:
         return None
     turn = session.turn(untracked(club, session))
-    athlete = next((one.id for one in club.athletes() if one.name == turn), None)
-    throw = Throw(id=0, session_id=session.id, number=0, athlete_id=athlete, called=session.drill)
+    hand = next((one.hand for one in club.athletes() if one.name == turn), Hand.RIGHT)
+    called = session.drill
+    throw = Throw(id=0, session_id=session.id, number=0, athlete=turn, hand=hand, called=called)
     return next(iter(_sheets(club, [(throw, measures)])))
 
 
@@ -140,95 +140,13 @@ def untracked(club: Club, session: Session) -> int:
 
 
 def _sheets(club: Club, throws: Sequence[tuple[Throw, ThrowMeasures | None]]) -> list[ThrowSheet]:
-    athletes = {one.id: one for one in club.athletes()}
-    stones = {one.id: one.name for one in club.stones()}
-    hands: Hands = {
-        one.name: "left" if one.hand is Hand.LEFT else "right" for one in athletes.values()
-    }
-    targets = club.named_targets()
-    found: list[ThrowSheet] = []
+    targets, found = club.named_targets(), list[ThrowSheet]()
     for throw, measures in throws:
         if measures is not None:
-            athlete = athletes.get(throw.athlete_id or 0)
+            called = with_places(throw.called, targets)
             note = ThrowNote(
-                athlete="" if athlete is None else athlete.name,
-                stone=stones.get(throw.stone_id or 0, ""),
-                called=with_places(throw.called, targets),
-                note=throw.note,
+                athlete=throw.athlete, stone=throw.stone, called=called, note=throw.note
             )
+            hands: Hands = {throw.athlete: "left" if throw.hand is Hand.LEFT else "right"}
             found.append(sheet_of(measures, {measures.throw: note}, hands))
     return found
-
-
-POINTS = dict(zip((0.30, *sorted(RING_RADII)[1:]), (5, 4, 3, 2), strict=True))
-"""Points of a stone that rests within a distance of its target [m]: a foot, and the rings."""
-ELSEWHERE = 1
-"""Points of a stone that rests farther from its target."""
-HIT = 4
-"""Points of a hit that a coach entered as made."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Score:
-    """Throws of an athlete in an evening's drills.
-
-    Parameters
-    ----------
-    points : in all, of `throws` that count
-    miss : mean distance from the target [m], and `best` the smallest one; None without draws
-    """
-
-    athlete: str
-    throws: int
-    points: int
-    miss: float | None
-    best: float | None
-
-
-def missed_by(sheet: ThrowSheet) -> float | None:
-    """Return the distance from the called target [m]; None where it had none, or no rest."""
-    return None if sheet.miss is None else hypot(*(one.value for one in sheet.miss))
-
-
-def points_of(sheet: ThrowSheet, made: bool | None) -> int | None:
-    """Return the points of a throw; None where it does not count.
-
-    Parameters
-    ----------
-    made : what a coach entered, which counts for hits
-    """
-    if sheet.call is None:
-        return None
-    if not sheet.call.rests:
-        return None if made is None else HIT * made
-    off = missed_by(sheet)
-    if off is None:
-        return None
-    return next((points for radius, points in POINTS.items() if off <= radius), ELSEWHERE)
-
-
-def leaderboard(throws: Iterable[tuple[ThrowSheet, bool | None]]) -> list[Score]:
-    """Return the scores of all athletes, the best first.
-
-    Parameters
-    ----------
-    throws : each with what a coach entered as *made*
-    """
-    points: dict[str, list[int]] = {}
-    misses: dict[str, list[float]] = {}
-    for sheet, made in throws:
-        found, off = points_of(sheet, made), missed_by(sheet)
-        if found is not None and sheet.athlete:
-            points.setdefault(sheet.athlete, []).append(found)
-            misses.setdefault(sheet.athlete, []).extend([] if off is None else [off])
-    scores = [
-        Score(
-            athlete=name,
-            throws=len(own),
-            points=sum(own),
-            miss=sum(misses[name]) / len(misses[name]) if misses[name] else None,
-            best=min(misses[name], default=None),
-        )
-        for name, own in points.items()
-    ]
-    return sorted(scores, key=lambda one: (-one.points, inf if one.miss is None else one.miss))

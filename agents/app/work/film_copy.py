@@ -15,7 +15,7 @@ from agents.app.club import Club, Film, Session
 from agents.app.club.club import PLAYABLE
 from agents.app.work.jobs import Reported
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.writing import make_directory
+from curling_env.infrastructure.files.writing import atomic_path, make_directory
 from curling_env.typing import Progress
 from friction_estimation.film.video import Film as OpenedFilm
 from friction_estimation.film.writer import film_writer
@@ -24,11 +24,31 @@ WIDEST = 1280
 """Of a copy [px]."""
 QUALITY = 24.0
 """See `friction_estimation.film.writer`."""
+STILL = 160
+"""Width of a small picture [px]."""
 
 
 def copy_of(club: Club, film: Film) -> Path:
     """Return the path of a film's copy, whether or not it exists yet."""
     return club.path(f"{PLAYABLE}/film-{film.id}.mp4")
+
+
+def still_of(club: Club, film: Film) -> Path:
+    """Return a small picture of a film, made when it is first asked for.
+
+    Raises
+    ------
+    InputError : the film cannot be read
+    """
+    path = club.path(f"{PLAYABLE}/film-{film.id}.jpg")
+    if not path.exists():
+        make_directory(path.parent)
+        _, frame = OpenedFilm.open(club.path(film.file)).pick([0])[0]
+        height = round(STILL * frame.shape[0] / frame.shape[1])
+        small = cv2.resize(frame, (STILL, height), interpolation=cv2.INTER_AREA)
+        with atomic_path(path) as draft:
+            cv2.imwrite(str(draft), small)
+    return path
 
 
 def do_copy(club: Club, session: Session, progress: Reported, given: str = "") -> None:

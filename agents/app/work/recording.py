@@ -12,7 +12,6 @@ from agents.app.club import Club, Session
 from agents.app.club.club import encoded
 from agents.app.club.films import take_film
 from agents.app.club.session_files import load_part, part_path
-from agents.app.work.glance import Glance
 from agents.app.work.jobs import Reported, submit
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.writing import make_directory
@@ -20,6 +19,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.live import open_feed
+from friction_estimation.live.glance import Glance
 from friction_estimation.live.recorder import Clip, Recorder
 from friction_estimation.tracking.films.motion_detector import MotionDetector
 from friction_estimation.tracking.films.shared_cameras import camera_from

@@ -14,12 +14,13 @@ import numpy as np
 from agents.app.club import Athlete, Club, Session
 from agents.app.rendering import rendered
 from agents.app.views.hands import hands_of
-from agents.app.views.throws import leaderboard, missed_by, points_of, sheets_of, throw_numbers
+from agents.app.views.throws import sheets_of, throw_numbers
 from agents.app.work.causes import ComingError, digest_of, errors_of, sessions_with_causes
 from agents.app.work.film_copy import smaller
 from agents.app.work.jobs import Reported
 from agents.coaching import ThrowSheet
 from agents.coaching.calls import shown_call
+from agents.coaching.scores import leaderboard, missed_by, points_of
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.storage import write_text
 from curling_env.infrastructure.files.writing import make_directory

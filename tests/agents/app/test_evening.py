@@ -228,9 +228,27 @@ def test_an_evening_from_dropped_films_to_the_ice(browser, app, filmed):
     coach.goto(here)
     expect(coach.locator("#jobs")).to_contain_text("Estimating the ice: done")
     assert read_ice(tracks.with_name("ice.json")).friction.mu.mean() > 0.001
-    coach.get_by_role("link", name="Ice", exact=True).click()
-    expect(coach.get_by_role("heading", level=1)).to_contain_text("Ice")
-    assert coach.pdf().startswith(b"%PDF")
+
+    # The athlete plans a draw with the phone: the answer is there at once, above the fold.
+    athlete.get_by_role("link", name="Plan", exact=True).click()
+    expect(athlete.locator("#answer")).to_contain_text("split")
+    box = athlete.locator("#answer").bounding_box()
+    assert box["y"] + box["height"] <= PHONE["height"]
+    assert fits(athlete)
+
+    # The ice technician enters the pebble, reads a place of the map, and prints the page.
+    technician = open_page(browser, errors, viewport=LAPTOP)
+    technician.goto(here)
+    technician.get_by_text("Ice conditions, name, day and sheet").click()
+    technician.get_by_label("Pebble").fill("fine, 44 °C")
+    technician.locator("form[action$=correct]").get_by_role("button", name="Save").click()
+    expect(technician.locator("form[action$=correct]")).to_contain_text("Done.")
+    technician.get_by_role("link", name="Ice", exact=True).click()
+    expect(technician.get_by_role("heading", level=1)).to_contain_text("Ice: Tuesday draws")
+    expect(technician.locator("#season")).to_contain_text("fine, 44 °C")
+    technician.locator("#map").click(position={"x": 300, "y": 110})
+    expect(technician.locator("#reading")).to_contain_text("home tee")
+    assert technician.pdf().startswith(b"%PDF")
     assert errors == []
 
 

@@ -86,7 +86,7 @@ def test_lengths_that_are_typed_are_in_the_chosen_units(visitor, club, evening):
     assert 'value="draw button broom 1.44m left"' in page
     assert "broom 4 ft 9 in left" in page
     with shown_in(Units.FEET):
-        shown = entry_of(club, club.throw(other.id))
+        shown = entry_of(club.throw(other.id))
     visitor.post(address, {**shown, "note": "late", "was": json.dumps(shown)})
     kept = club.throw(other.id)
     assert (kept.called, kept.note) == ("draw button broom 1.44 left", "late")

@@ -43,11 +43,11 @@ def test_what_is_missing_and_what_would_settle_it():
     result = findings(REPORT)
     assert result.verdict == "The model lacks curl."
     curl, unknown = result.missing
-    assert curl.title == "curl"
+    assert curl.title == "stones curl"
     assert curl.unsure == ("a slope of the ice",)
     assert curl.settled_by == "a throw back with the other handle"
     assert unknown.title == "something that no known effect explains"
-    assert "clock" in unknown.words
+    assert unknown.words == "stones slow down or bend differently by the time of the session"
     ((words, why),) = result.next_throws
     assert words.startswith("draw weight")
     assert why == "it removes 61 % of the uncertainty of curl"

@@ -46,6 +46,11 @@ def test_a_renamed_target_is_renamed_in_its_calls(visitor, club):
     assert club.throws(session)[0].called == "draw Ben's corner out, pockets"
     assert club.session(session.id).drill == "draw Ben's corner in"
     assert visitor.post("practice/rename", form | {"name": "button"}).status == 422
+    # With the name of another target both are one, and calls mean the place of that one.
+    other = keep_target(club, "hole", 0.2, 17.4)
+    assert visitor.post("practice/rename", form | {"name": "hole"}).status == 303
+    assert club.targets() == [other]
+    assert club.throws(session)[0].called == "draw hole out, pockets"
     club.database.write("insert into position (name, address) values ('Split', '#mode=target')")
     form = {"table": "position", "id": "1", "session": str(session.id), "name": "Split the house"}
     assert "Split</option>" in visitor.get(f"practice/{session.id}").text

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from agents.app.sheet import choices
-from agents.app.sheet.ice_sheet import Centre
+from agents.coaching.draw_weight import Centre
 from curling_env.ice import load_ice, save_ice
 
 REPORT = {

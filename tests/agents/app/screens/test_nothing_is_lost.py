@@ -154,7 +154,11 @@ def test_a_throw_is_opened_by_its_row_and_entered_in_the_list(context, address, 
     page.goto(f"{address}throws/1?athlete=Ben")
     call = page.get_by_label("Call of throw 4")
     call.fill("draw button wobbly")
-    page.get_by_text("“wobbly” is not a word of a call; kept as a remark.").wait_for()
+    for place in (".reading", "#tap"):  # beside the field, and beside the house that stays in sight
+        words = page.locator(place).get_by_text(
+            "“wobbly” is not a word of a call; kept as a remark."
+        )
+        words.wait_for()
     call.fill("draw in")
     # A tap on the house fills in the place.
     page.wait_for_timeout(300)  # the house comes into sight

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from agents.app import remove
+from agents.app.club.club import added
 
 
 def begin(visitor, **fields):
@@ -133,3 +134,26 @@ def test_only_what_there_is_to_remove_is_removed(visitor, club, fields):
     for path in ("remove", "bring-back", "delete"):
         assert visitor.post(f"practice/{path}", fields).status == 422
     assert len(club.sessions()) == 1
+
+
+def test_what_has_two_names_is_merged_by_renaming(visitor, club):
+    with club.database.writing() as connection:
+        sizes = {"length": 44.5, "width": 4.5}
+        first, second = (added(connection, "camera", name=k, **sizes) for k in ("end", "End wall"))
+        people = [added(connection, "athlete", name=name) for name in ("Ana", "Anna")]
+    session = club.add_session("Tuesday", "2026-11-17", "1", club.camera(second))
+    with club.database.writing() as connection:
+        for k, who in enumerate(people):
+            about = {"session_id": session.id, "number": k, "part": k, "athlete_id": who}
+            added(connection, "throw", **about)
+    form = {"table": "athlete", "id": str(people[0]), "session": str(session.id), "name": "Anna"}
+    assert visitor.post("practice/rename", form).status == 303
+    assert [one.athlete for one in club.throws(session)] == ["Anna", "Anna"]
+    assert [one.name for one in club.athletes()] == ["Anna"]
+    form = {"table": "camera", "id": str(second), "session": str(session.id), "name": "end"}
+    assert visitor.post("practice/rename", form).status == 303
+    assert [one.id for one in club.cameras()] == [first]
+    assert club.session(session.id).camera_id == first
+    club.database.write("insert into position (name, address) values ('A', '#'), ('B', '#')")
+    form = {"table": "position", "id": "1", "session": str(session.id), "name": "B"}
+    assert "another position has this name" in visitor.post("practice/rename", form).text

@@ -13,7 +13,8 @@ pytest.importorskip("starlette", reason="the extra `app` is not installed")
 from agents.app import Club, Part, keep_part, take_film
 from agents.app.club.club import encoded
 from agents.app.views.progress import state_of
-from agents.app.views.throws import leaderboard, points_of, sheet_seen_live, sheets_of
+from agents.app.views.throws import sheet_seen_live, sheets_of
+from agents.coaching.scores import leaderboard, points_of
 from curling_env.ice import load_ice
 from curling_env.physics import slide
 from curling_env.throw import Throw

@@ -1,4 +1,4 @@
-"""The screen Throw as a browser asks it."""
+"""The screen Plan as a browser asks it."""
 
 from __future__ import annotations
 

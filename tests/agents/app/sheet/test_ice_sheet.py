@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agents.app import EarlierIce, centre_of, change_of_maps, ice_document
+from agents.app import EarlierIce, change_of_maps, ice_document
+from agents.coaching.draw_weight import centre_of
 from curling_env.ice import load_ice
 
 STANDARD = load_ice("standard")

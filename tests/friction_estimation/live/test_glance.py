@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-pytest.importorskip("starlette", reason="the extra `app` is not installed")
-
-from agents.app.work.glance import Glance
 from curling_env.ice import load_ice
 from curling_env.physics import slide
 from curling_env.throw import Release
 from friction_estimation.camera.pose import camera_from_scene
+from friction_estimation.live.glance import Glance
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, on_film, scene_of
 from friction_estimation.tracks.throw_table import measure_throw
 

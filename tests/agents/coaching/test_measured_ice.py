@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.app.sheet.measured_ice import change_of_weight, curl_map
+from agents.coaching.measured_ice import change_of_weight, curl_map
 from curling_env.sheet import PAPER_SHEET, Direction
 from friction_estimation.tracks.measured import Measured
 from friction_estimation.tracks.throw_table import ThrowMeasures

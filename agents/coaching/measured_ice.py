@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from agents.app.sheet.forms import rounded
 from curling_env.sheet import HOG_LINE_Y, HOG_TO_FAR_TEE, Direction, Sheet
 from friction_estimation.reports.keen_and_heavy import SIGMAS
 from friction_estimation.tracks.throw_table import ThrowMeasures
@@ -33,7 +32,7 @@ def curl_map(sheet: Sheet, throws: Sequence[ThrowMeasures | None]) -> dict[str, 
 
     Returns
     -------
-    a map as in `ice_sheet.cells_document` with the curl of each lane less the mean [m], positive
+    by cell, (rows, columns), ``relative``: the curl of each lane less the mean [m], positive
     where stones curl less, and ``fall``: how far stones of both handles came to rest to the right,
     looking to the away end [m]; None with fewer than two lanes of draws
     """
@@ -61,9 +60,9 @@ def curl_map(sheet: Sheet, throws: Sequence[ThrowMeasures | None]) -> dict[str, 
             fall[cells] = np.mean([right[one & (np.sign(spin) == s)].mean() for s in (-1, 1)])
     return {
         "size": sheet.cell_size,
-        "relative": rounded(relative),
-        "sigma": rounded(sigma),
-        "fall": rounded(fall),
+        "relative": relative,
+        "sigma": sigma,
+        "fall": fall,
         "usual": round(usual, 3),
     }
 
