@@ -38,11 +38,9 @@ from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.naming import Named, name_effects
 from friction_estimation.discovery.search.maps import renew_map
 from friction_estimation.discovery.search.patches import place_sides
-from friction_estimation.discovery.search.residuals import Misfit
 from friction_estimation.discovery.search.selection import (
     Selection,
     SelectionRound,
-    best_trials,
     closure,
     fit_with_noise,
     misfit_of,
@@ -52,7 +50,6 @@ from friction_estimation.discovery.search.selection import (
     select,
 )
 from friction_estimation.discovery.tuning import (
-    ASTRAY,
     LAST_STEPS,
     LEAST_GAIN,
     LEAST_THROWS,
@@ -285,13 +282,11 @@ def _search(
     held_out = choose_held_out(session, rng)
     training = session.only(np.setdiff1d(np.arange(len(session)), held_out))
     unseen = session.only(held_out)
-    base = fit_with_noise(everything.model, training, everything.noise)
+    base = fit_with_noise(everything.model, training, everything.noise, near=(everything,))
     selection = select(
         base,
         progress=part_of_progress(progress, 0.1, 0.7),
     )
-    if selection.after.ratio > ASTRAY:
-        selection = _select_from(given, selection)
     progress("testing throw by throw", 0.7)
     found = name_effects(selection, unseen, session, progress)
     progress("forecasting throws held out", 0.9)
@@ -316,28 +311,6 @@ def _search(
         gaps=gaps,
         alternatives={e.label: alternatives(final, e.label) for e in found.effects},
     )
-
-
-def _select_from(given: Model, astray: Selection) -> Selection:
-    """Return a selection that begins at the given model, if it fits the throws better.
-
-    A missing effect may be so large that the strengths of the given effects, fitted without it, end
-    in a local minimum.
-    """
-    base = astray.base
-    unmoved = fit(given, base.session, base.noise, shared=False)
-    first = best_trials(unmoved, score_candidates(unmoved, candidates(base.session, given.terms)))
-    if not any(_halves(astray, misfit_of(trial.fit)) for trial in first[:3]):
-        return astray
-    other = select(unmoved)
-    if not _halves(astray, other.after):
-        return astray
-    return replace(other, base=refit(replace(base, noise=other.best.noise), base.model))
-
-
-def _halves(astray: Selection, after: Misfit) -> bool:
-    """Return whether a fit leaves less than half of the misfit of a selection."""
-    return after.ratio < 0.5 * astray.after.ratio
 
 
 def _fit_all(named: SessionFit, everything: SessionFit) -> SessionFit:

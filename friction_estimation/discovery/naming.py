@@ -25,7 +25,6 @@ from friction_estimation.discovery.model.noise import estimate_noise
 from friction_estimation.discovery.search.residuals import Misfit
 from friction_estimation.discovery.search.selection import (
     Selection,
-    closure,
     misfit_of,
     prune,
     refit,
@@ -34,10 +33,7 @@ from friction_estimation.discovery.tuning import (
     LARGEST_P,
     LARGEST_P_BETWEEN_THROWS,
     LARGEST_SPREAD,
-    LEAST_CLOSURE,
-    MEMORY_BOUNDS,
     MOST_VARIABLES,
-    NEARLY_LONGEST,
 )
 
 Structure = tuple[str, float]
@@ -87,7 +83,7 @@ def name_effects(
     own = {term.label for term in selection.base.model.terms}
     named, effects, unproved = _proved(selection.best, own, unseen, whole)
     after = misfit_of(named)
-    if not after.white or max(named.noise.memory[:2]) > NEARLY_LONGEST * MEMORY_BOUNDS[1]:
+    if not after.white:
         named, after = _with_correlated_noise(named, after)
     # The own frictions of all throws: those of training alone are few.
     structure = friction_structure(fit_to(named, whole))
@@ -143,19 +139,12 @@ def _beside_unknown(found: Named, explanation: Explanation, selection: Selection
         doubtful = [e.label for e in effects if not left.white and e.gain < left.excess]
     else:
         structure = found.structure
-        closes = closure(selection.before, after)
         explained = {term.label for term in explanation.fit.model.terms}
         if misfit_of(explanation.fit).excess > selection.before.excess:
             # It explains nothing. Friction may still copy the unknown through the place; other
             # effects do not.
             explained = {e.label for e in effects if e.label.partition("[")[0] not in OF_FRICTION}
-        doubtful = [
-            e.label
-            for e in effects
-            if e.label not in explained
-            or e.gain < left.excess
-            or (not left.white and closes < LEAST_CLOSURE)
-        ]
+        doubtful = [e.label for e in effects if e.label not in explained or e.gain < left.excess]
     blind = not training.turns.any()
     doubtful += [
         term.label

@@ -9,19 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-# --- what is a session ------------------------------------------------------------------------
-
-MAX_SESSION_THROWS = 1000
-"""Maximum number of throws of a session: more are not made between two floodings; a game has
-160."""
-MAX_THROW_ROWS = 20_000
-"""Maximum number of rows of one throw: 80 s at 240 frames per second."""
-MAX_THROW_SECONDS = 900.0
-"""Maximum duration of a track, including the time before and after the slide [s]; a slide takes
-30."""
-MAX_MAP_CELLS = 25_000
-"""Maximum number of cells of the initial map; a stone's band is wider than such a cell."""
-
 # --- outliers and noise ------------------------------------------------------------------------
 
 SLOWEST_NOISE_PERIOD = 2.0
@@ -37,8 +24,6 @@ LEAST_TRACK_NOISE = (1e-3, 5e-3)
 """The same for a track before any fit: slow cosines leave residuals at its beginning and end."""
 MEMORY_BOUNDS = (0.05, 0.7)
 """Shortest and longest correlation time of the noise [s]: a longer one looks like physics."""
-NEARLY_LONGEST = 0.95
-"""Share of the longest correlation time above which a longer one is tried."""
 FILM_MEMORY_BOUNDS = (0.05, 2.0)
 """The same for tracks from film."""
 SLOW_HEADING_SHARE = 0.1
@@ -94,18 +79,10 @@ SYSTEMATIC_AMPLITUDES = 6
 """Number of amplitudes that are tried."""
 
 # --- ripple of the camera ----------------------------------------------------------------------
-RIPPLE_NODE_SPACING = 0.75
-"""Distance between its nodes along the sheet [m]; the spline between them follows waves from 2 m
-on."""
 USUAL_RIPPLE = 0.003
 """Scale of the half-Cauchy prior of its amplitude [m]."""
-RIPPLE_AMPLITUDES = np.geomspace(3e-4, 0.02, 8)
-"""Amplitudes that are tried [m]. A smaller one changes μ by one per cent at most."""
 RIPPLE_LENGTHS = (0.8, 1.5, 3.0)
 """Distances over which it changes that are tried [m]; the second is the usual one."""
-CLEAR_RIPPLE_GAIN = 30.0
-"""Minimum fall of −2 ln likelihood for a clear ripple. Real ones of 2 mm bring hundreds; waves of 1
-mm in smoothed tracks bring up to 20."""
 LEAST_LIKENESS_OF_HALVES = 0.6
 """Minimum correlation between the ripples from two halves of the throws."""
 LEAST_VARIETY = 0.2
@@ -143,23 +120,17 @@ LEAST_GAIN = 16.0
 sessions, even for effects between throws with a dozen throws. An alternative that is worse by as
 much is ruled out."""
 GAIN_PER_PARAMETER = 4.0
-"""Additional required fall for every parameter beyond the first."""
-LEAST_LINEAR_GAIN = 6.0
-"""Minimum linear gain of a candidate that is fitted."""
-MOST_TRIALS = 9
+"""Additional required fall for every parameter beyond the first, and minimum linear gain of a
+candidate that is fitted."""
+MOST_TRIALS = 4
 """Number of candidates that are fitted in a round. It is large because an effect with a wrong usual
 shape scores low until its shape is fitted."""
-MOST_BETWEEN_THROWS_TRIALS = 2
-"""Number of effects between throws among them: if another effect is missing they all look alike."""
 MOST_EFFECTS = 4
 """Number of effects after which a selection continues only if the residuals are nearly noise:
 larger ones belong to an unknown effect, which further names would copy."""
 MOST_ADDITIONS = 6
 """Maximum number of effects that a selection adds. Early ones may turn out to be copies of others
 and are dropped again, so more are added than named."""
-ASTRAY = 20.0
-"""Slow misfit over that of noise above which a selection is repeated: a missing known effect leaves
-a few at most."""
 STILL_BELIEVED = 0.7
 """Standard error over the prior's above which a parameter counts as assumed, not measured."""
 CLEARLY_OFF = 3.0
@@ -184,15 +155,13 @@ NARROWEST_PATCH = 0.15
 """Minimum width of a patch [m]: a stone's running band."""
 
 # --- what is left ------------------------------------------------------------------------------
-WHITE_RATIO = 1.15
+WHITE_RATIO = 1.25
 """Maximum ratio of slow residuals to the prediction from the noise at which they count as white:
 the spectrum of the noise is an estimate."""
-WHITE_RATIO_WITH_MEMORY = 1.25
-"""The same for correlated noise, most of which is slower than the part from which it is estimated:
-three standard deviations for 16 throws and a correlation time of 0.3 s."""
 WHITE_RATIO_OF_FILM = 2.0
 """The same for tracks from film, whose noise is estimated over seconds and extrapolated to the
 duration of a throw."""
+
 NOT_WHITE = 4.0
 """Maximum excess of χ² for white residuals [standard deviations]."""
 
@@ -206,13 +175,8 @@ follow. There are few throws and many such effects, and a wrong name is worse th
 LARGEST_SPREAD = 0.015
 """Maximum scatter of ln μ between throws without an unknown effect. Throws on one ice scatter by up
 to 1 %, and blind sessions in which all effects were named by at most 1.2 %."""
-LEAST_CLOSURE = 0.97
-"""Minimum share of the misfit that named effects explain if no push describes the rest: a proxy
-explains up to 0.97."""
 SURPRISING_THROW = 6.0
 """Minimum excess of χ² of an exceptional throw [standard deviations]."""
-EVENT_SHARE = 0.7
-"""Minimum share of the misfit that exceptional throws must explain."""
 MOST_EVENTS = 0.15
 """Maximum share of exceptional throws."""
 LARGEST_IMPROVEMENT = 9.0
@@ -226,16 +190,13 @@ RIVAL_GAIN = 0.8
 
 # --- what the unknown follows ------------------------------------------------------------------
 MOST_VARIABLES = 3
-"""Maximum number of named variables."""
+"""Maximum number of pushes in a model, and of named variables: an unknown that needs more is not
+described."""
 FURTHER_VARIABLE_GAIN = 0.1
 """Minimum share of a further variable, relative to the first one's."""
 USUAL_PUSHES = np.array([0.04, 0.004, 0.01, 0.04, 0.004])
 """Prior standard deviations of the pushes along, left, turn, along and across the sheet [1, m/s²,
 rad/s², 1, m/s²]: some per cent of friction."""
-PUSH_SCALES = (0.1, 0.3, 1.0, 3.0)
-"""Multiples of these that are tried; the best one for held-out throws is used."""
-MOST_PUSHES = 4
-"""Maximum number of pushes in a model: an unknown that needs more is not described."""
 COPY_ERROR = 0.003
 """Relative error of pushes: they are not an exact copy of the cause, and the response of paths is
 only partly linear. A term that explains less may merely correct that."""
@@ -247,18 +208,20 @@ LEAST_SURVIVING = 0.5
 LARGEST_REST = 0.2
 """Maximum share of the remaining misfit at which this rule is not applied."""
 
+# --- amplitudes ---------------------------------------------------------------------------------
+RELATIVE_AMPLITUDES = 2.0 ** np.arange(-4.0, 2.5, 0.5)
+"""Amplitudes of a field or push that are tried, as multiples of the usual one."""
+
 # --- friction map ------------------------------------------------------------------------------
 USUAL_MAP_SD, LOG_MAP_SD_SPREAD = 0.04, 1.0
 """Centre of the prior of the standard deviation of ln μ over the sheet, and the standard deviation
 of its logarithm. Published measurements give 2 to 5 %."""
-MAP_AMPLITUDES = np.geomspace(0.002, 0.16, 14)
-"""Standard deviations of ln μ over the sheet that are tried."""
 MAP_SHAPES = (
     *((length, 2.5) for length in (1.2, 2.0, 3.2, 5.0, 8.0)),
     *((length, np.inf) for length in (1.0, 1.5, 2.1, 3.0, 4.2, 6.0)),
 )
 """Correlation lengths [m] and Matérn orders that are tried."""
-MAP_SHARE = 0.9999
+MAP_SHARE = 0.999
 """Minimum share of the field's variance, where stones ran, in its patterns."""
 MOST_MAP_PATTERNS = 120
 """Maximum number of patterns of a field."""

@@ -43,10 +43,6 @@ from friction_estimation.discovery.tuning import (
     HIGHEST_FRAME_RATE,
     LEAST_HEADINGS,
     LEAST_THROWS,
-    MAX_MAP_CELLS,
-    MAX_SESSION_THROWS,
-    MAX_THROW_ROWS,
-    MAX_THROW_SECONDS,
     SMOOTHED_JITTER,
     SMOOTHED_SPACING,
     USUAL_SPIN,
@@ -54,6 +50,16 @@ from friction_estimation.discovery.tuning import (
 from friction_estimation.tracks.contacts import contacts_of
 from friction_estimation.tracks.free_slide import FreeSlide, free_slides
 
+MAX_SESSION_THROWS = 1000
+"""Maximum number of throws of a session: more are not made between two floodings; a game has
+160."""
+MAX_THROW_ROWS = 20_000
+"""Maximum number of rows of one throw: 80 s at 240 frames per second."""
+MAX_THROW_SECONDS = 900.0
+"""Maximum duration of a track, including the time before and after the slide [s]; a slide takes
+30."""
+MAX_MAP_CELLS = 25_000
+"""Maximum number of cells of the initial map; a stone's band is wider than such a cell."""
 FURTHEST_ACROSS, FURTHEST_ALONG = 2.6, 24.0
 """Limits of the middle of a track [m]: a little beyond the ice of the widest sheet."""
 LEAST_TIMES = 4

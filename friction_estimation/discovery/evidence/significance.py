@@ -28,7 +28,6 @@ from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.search.selection import refit
 from friction_estimation.discovery.tuning import (
     LARGEST_IMPROVEMENT,
-    LARGEST_P_BETWEEN_THROWS,
     LEAST_SPREAD,
 )
 
@@ -109,9 +108,9 @@ def weigh_evidence(
         improvements = (_scores(without, held_out) - scores)[order]
         term = fitted.model.term(label)
         if term.between_throws:
-            p = _chosen(_p_between_throws(fit_to(without, whole)))
+            p = _p_between_throws(fit_to(without, whole))
         elif term.stone is not None:
-            p = _chosen(_p_of_stones(fit_to(without, whole), term))
+            p = _p_of_stones(fit_to(without, whole), term)
         else:
             p = p_of_mean(improvements)
         gain = without.deviance - fitted.deviance
@@ -203,11 +202,6 @@ def strongest_correlation(
     r = float(correlations[best])
     t = r * np.sqrt(degrees / max(1.0 - r * r, 1e-12))
     return best, min(1.0, len(correlations) * 2.0 * float(student_t.sf(t, degrees)))
-
-
-def _chosen(p: float) -> float:
-    """Return the p of an effect chosen among many with few data; 1 if too large."""
-    return p if p < LARGEST_P_BETWEEN_THROWS else 1.0
 
 
 def _p_between_throws(fitted: SessionFit) -> float:

@@ -15,7 +15,7 @@ the systematic error is found in the same way, with its coefficients integrated 
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -223,14 +223,15 @@ def fit(
         default
     iterations : most steps
     shared : whether the shared parameters are fitted; else only releases and factors are
-    goal : deviance that the fit must reach to be of use; it ends where its steps will not
+    goal : deviance that the fit must reach to be of use; it ends where all further steps, as large
+        as the last, would not
     """
     states = session.first_states.copy() if states is None else states.copy()
     ln_factors = np.zeros(len(session)) if ln_factors is None else ln_factors.copy()
     present: Point | None = None
     damping = 1.0
     falls: list[float] = []
-    for _ in range(iterations):
+    for number in range(1, iterations + 1):
         # In too large a step stones may diverge until numbers overflow; such a step is rejected.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             _, linear = linearise(model, session, noise, states, ln_factors)
@@ -248,7 +249,7 @@ def fit(
             arrived = falls[-1] < CONVERGED and damping == 1.0
             damping = min(1.0, 3.0 * damping)
             present = Point(states, linear, here)
-            if arrived or here - _remaining_fall(falls) > goal:
+            if arrived or here - (iterations - number) * falls[-1] > goal:
                 break
         model, states, ln_factors = _step(present, session, damping, shared)
     assert present is not None
@@ -314,12 +315,6 @@ def releases_near(session: Session, *fits: SessionFit) -> tuple[Floats, Floats]:
                 states[k] = fitted.states[known[slide]]
                 ln_factors[k] = fitted.ln_factors[known[slide]]
     return states, ln_factors
-
-
-def _remaining_fall(falls: Sequence[float]) -> float:
-    """Remaining fall of the deviance if the last two falls begin a geometric series."""
-    before, last = ([np.inf, np.inf, *falls])[-2:]
-    return last**2 / (before - last) if last < before < np.inf else np.inf
 
 
 def _most_likely_spread(linear: Linearisation) -> float:

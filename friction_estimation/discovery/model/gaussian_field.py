@@ -28,8 +28,8 @@ from friction_estimation.design.matern import matern
 from friction_estimation.discovery.data.gates import GateErrors
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.tuning import (
-    RIPPLE_AMPLITUDES,
-    RIPPLE_NODE_SPACING,
+    RELATIVE_AMPLITUDES,
+    RIPPLE_LENGTHS,
     SYSTEMATIC_AMPLITUDES,
     SYSTEMATIC_LENGTH,
     SYSTEMATIC_LIMITS,
@@ -268,7 +268,7 @@ class CameraRipple(CameraField):
     @property
     def amplitudes(self) -> Floats:
         """Amplitudes that may be tried [m]."""
-        return RIPPLE_AMPLITUDES
+        return USUAL_RIPPLE * RELATIVE_AMPLITUDES
 
     @property
     def hyperprior(self) -> float:
@@ -286,5 +286,5 @@ def ripple_over(places: Sequence[Floats], length: float) -> CameraRipple:
     """
     low = min(float(xy[:, 1].min()) for xy in places)
     high = max(float(xy[:, 1].max()) for xy in places)
-    count = max(int(np.ceil((high - low) / RIPPLE_NODE_SPACING)) + 1, 6)
+    count = max(int(np.ceil((high - low) / min(RIPPLE_LENGTHS))) + 1, 6)
     return CameraRipple(nodes=np.linspace(low, high, count), length=length, values=np.zeros(count))

@@ -24,6 +24,7 @@ from friction_estimation.discovery.model.minimum import projected
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.sensitivity import friction_along
 from friction_estimation.discovery.tuning import (
+    LEAST_GAIN,
     LONGEST_PATCH,
     NARROWEST_PATCH,
     PATCH_CELL,
@@ -137,9 +138,11 @@ def find_rectangle(fitted: SessionFit, grid: Grid) -> Rectangle | None:
 
 
 def _best_rectangle(information: Floats, right_side: Floats, longest: int) -> Block | None:
-    """Return the block of cells with the largest gain, up to a maximum length."""
+    """Return the block of cells with the largest gain, up to a maximum length; None below the
+    gain that an effect needs.
+    """
     nx, ny = right_side.shape
-    best, found = 0.0, None
+    best, found = LEAST_GAIN, None
     a, b = np.triu_indices(ny + 1, 1)
     short = b - a <= longest
     a, b = a[short], b[short]

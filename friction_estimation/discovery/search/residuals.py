@@ -16,7 +16,6 @@ from friction_estimation.discovery.tuning import (
     SLOWEST_NOISE_PERIOD,
     WHITE_RATIO,
     WHITE_RATIO_OF_FILM,
-    WHITE_RATIO_WITH_MEMORY,
 )
 
 
@@ -98,9 +97,7 @@ def misfit_of(fitted: SessionFit) -> Misfit:
         seen = values > 1e-6 * values.max()
         parts = (vectors[:, seen].T @ reduced[:-1, -1]) / np.sqrt(values[seen])
         chi2[i], dof[i] = float((parts**2).sum()), float(seen.sum())
-    tolerated = WHITE_RATIO_WITH_MEMORY if noise.remembers else WHITE_RATIO
-    if session.smoothed:
-        tolerated = WHITE_RATIO_OF_FILM
+    tolerated = WHITE_RATIO_OF_FILM if session.smoothed else WHITE_RATIO
     return Misfit(
         chi2=chi2, dof=dof, tolerated=tolerated, throw_tolerance=throw_tolerance_of(session)
     )

@@ -26,13 +26,16 @@ from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.quadratic import profile_amplitudes
 from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.tuning import (
-    CLEAR_RIPPLE_GAIN,
+    LEAST_GAIN,
     LEAST_LIKENESS_OF_HALVES,
     LEAST_THROWS,
     LEAST_VARIETY,
     RIPPLE_LENGTHS,
 )
 
+CLEAR_GAIN = 2.0 * LEAST_GAIN
+"""Minimum fall of −2 ln likelihood for a clear ripple. Real ones of 2 mm bring hundreds; waves of 1
+mm in smoothed tracks bring up to 20."""
 RippleVerdict = Literal["found", "none", "inseparable"]
 
 _LIKE_A_CAMERA = ("speed_dependent_friction", "air_drag", "slope")
@@ -88,9 +91,9 @@ def find_ripple(fitted: SessionFit) -> RippleSearch:
     sized = profile_amplitudes(linear.model, grams.sum(axis=0))[0]
     ripple = sized.ripple
     gain, likeness = least - value, 0.0
-    if gain >= CLEAR_RIPPLE_GAIN:
+    if gain >= CLEAR_GAIN:
         likeness = _likeness(replace(linear, model=sized), squares)
-    found = gain >= CLEAR_RIPPLE_GAIN and likeness >= LEAST_LIKENESS_OF_HALVES
+    found = gain >= CLEAR_GAIN and likeness >= LEAST_LIKENESS_OF_HALVES
     return RippleSearch(
         outcome="found" if found else "none",
         variety=varied,
@@ -135,7 +138,7 @@ def _seen_from(linear: Linearisation) -> float:
     amplitudes = np.geomspace(1e-5, 1.0, 121)
     signal = information[None] * amplitudes[:, None] ** 2
     gain = (signal - np.log1p(signal)).sum(axis=1)
-    clear = np.flatnonzero(gain >= CLEAR_RIPPLE_GAIN)
+    clear = np.flatnonzero(gain >= CLEAR_GAIN)
     return float(amplitudes[clear[0]]) if len(clear) else np.inf
 
 

@@ -27,9 +27,7 @@ from friction_estimation.discovery.tuning import (
     CLEARLY_SEEN,
     GAIN_PER_PARAMETER,
     LEAST_GAIN,
-    LEAST_LINEAR_GAIN,
     MOST_ADDITIONS,
-    MOST_BETWEEN_THROWS_TRIALS,
     MOST_EFFECTS,
     MOST_TRIALS,
 )
@@ -191,12 +189,12 @@ def try_term(fitted: SessionFit, term: Term) -> Trial:
     searched = len(term.card.search.area or ())
     cost = max(len(term.free), 1) + searched
     other = term.card.search.other_start
-    if other is not None and fitted.deviance - trial.deviance < LEAST_LINEAR_GAIN:
+    if other is not None and fitted.deviance - trial.deviance < GAIN_PER_PARAMETER:
         begin = term.with_values(**other).freed(*later)
         again = refit(fitted, fitted.model.with_terms(begin), goal=trial.deviance)
         if again.deviance < trial.deviance:
             trial, cost = again, cost + len(later)
-    elif later and fitted.deviance - trial.deviance > LEAST_LINEAR_GAIN:
+    elif later and fitted.deviance - trial.deviance > GAIN_PER_PARAMETER:
         own = trial.model.term(term.label).freed(*later)
         # The cost of searched sides is already counted: fitted, they have a standard error.
         needed = 0.0 if searched else GAIN_PER_PARAMETER * len(later) * 0.5
@@ -231,15 +229,11 @@ def best_trials(fitted: SessionFit, scores: Sequence[CandidateScore]) -> list[Tr
     hopeful = [
         score
         for score in scores
-        if score.gain > LEAST_LINEAR_GAIN or score.term.card.search.other_start is not None
+        if score.gain > GAIN_PER_PARAMETER or score.term.card.search.other_start is not None
     ]
-    if not hopeful:
-        hopeful = list(scores[:1])
-    between = [s for s in hopeful if s.term.between_throws][:MOST_BETWEEN_THROWS_TRIALS]
-    chosen = [s for s in hopeful if not s.term.between_throws or s in between][:MOST_TRIALS]
-    terms = [score.term for score in chosen] + find_patches(fitted)
+    terms = [score.term for score in hopeful[:MOST_TRIALS]] + find_patches(fitted)
     found = find_map(fitted)
-    if found is not None and found[1] > LEAST_LINEAR_GAIN:
+    if found is not None and found[1] > GAIN_PER_PARAMETER:
         terms.append(found[0])
     return sorted((try_term(fitted, term) for term in terms), key=lambda trial: -trial.net)
 

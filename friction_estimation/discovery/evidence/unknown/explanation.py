@@ -37,7 +37,7 @@ from friction_estimation.discovery.tuning import (
     LARGEST_REST,
     LEAST_GAIN,
     LEAST_SURVIVING,
-    MOST_PUSHES,
+    MOST_VARIABLES,
     USUAL_SPREAD,
 )
 
@@ -132,7 +132,7 @@ def _moves(around: Nearby, made: Combination, *, held: bool) -> list[Combination
     effects = [made.toggled(label) for label in names]
     fewer = [made.without(push) for push in made.pushes]
     further = [push for push in around.pushes if push not in made.pushes]
-    further = further if len(made.pushes) < MOST_PUSHES else []
+    further = further if len(made.pushes) < MOST_VARIABLES else []
     more = [made.following(push, scale) for push in further for scale in (0.3, 1.0)]
     return [move for move in effects + fewer + more if not around.repeats(move)]
 
@@ -256,7 +256,7 @@ def explain(
         own = [label for label in optional if label != MAP_CARD.name]
         others = candidates(session, fitted.model.terms)
         around = nearby(fitted, optional, others)
-        found = [search(around, start) for start in {tuple(own), ()}]
+        found = [search(around, start) for start in dict.fromkeys([tuple(own), ()])]
         least = min(dispersion for _, dispersion in found)
         made, dispersion = min(found, key=lambda each: around.value(each[0], least))
         made = surviving(around, made, dispersion)

@@ -38,7 +38,7 @@ from friction_estimation.discovery.search.residuals import slow_columns
 from friction_estimation.discovery.tuning import (
     GAIN_PER_PARAMETER,
     LEAST_GAIN,
-    PUSH_SCALES,
+    RELATIVE_AMPLITUDES,
     SPREADS,
     THE_SAME,
     USUAL_PUSHES,
@@ -74,8 +74,10 @@ class Combination:
         return replace(self, effects=self.effects ^ {label})
 
     def following(self, push: Following, scale: float = 1.0) -> Combination:
-        """With a push at some scale."""
-        return replace(self, pushes={**self.pushes, push: scale})
+        """With a push at some scale; pushes are in order, so that rounding does not depend on how
+        they were found.
+        """
+        return replace(self, pushes=dict(sorted({**self.pushes, push: scale}.items())))
 
     def without(self, *pushes: Following) -> Combination:
         """Without some pushes."""
@@ -278,7 +280,9 @@ class Nearby:
             tried = [replace(best[1], spread=float(spread)) for spread in SPREADS[11::8]]
             best = self._better(best, tried, dispersion)
             for push in made.pushes:
-                tried = [best[1].following(push, scale) for scale in PUSH_SCALES]
+                tried = [
+                    best[1].following(push, scale) for scale in RELATIVE_AMPLITUDES[1::3].tolist()
+                ]
                 best = self._better(best, tried, dispersion)
             if before - best[0] < 0.5:
                 break

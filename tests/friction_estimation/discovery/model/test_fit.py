@@ -11,6 +11,7 @@ from curling_env.throw import Throw
 from friction_estimation.discovery import (
     Term,
     base_model,
+    candidates,
     fit,
     fit_with_noise,
     linearise,
@@ -149,3 +150,19 @@ def test_a_fit_that_cannot_reach_its_goal_ends_early(make_session, monkeypatch):
     missed = refit(lacking, model, goal=whole.deviance - 1e4)
     assert len(taken) < 3 * steps
     assert missed.deviance >= whole.deviance
+
+
+def test_a_fit_that_reaches_its_goal_after_short_steps_is_not_abandoned(make_session):
+    """While steps are shortened the deviance falls unevenly, and says little about its end."""
+    law = effect("speed_dependent_friction", exponent=1.0, share=0.25, speed_offset=0.06)
+    session = open_session(make_session([law], throws=8, seed=1))
+    plain = fit_with_noise(base_model(None, session), session)
+    term = next(t for t in candidates(session) if t.label == law.name)
+    begin = term.with_values(exponent=1.0, share=0.7, speed_offset=0.06)
+    model = plain.model.with_terms(begin.freed("share", "speed_offset"))
+    free = refit(plain, model, iterations=20)
+    assert free.deviance < plain.deviance - 1e5
+    assert refit(plain, model, iterations=20, goal=free.deviance + 1.0).deviance == free.deviance
+    # One that cannot reach its goal ends early.
+    hopeless = refit(plain, model, iterations=20, goal=free.deviance - 1e5)
+    assert hopeless.deviance > free.deviance

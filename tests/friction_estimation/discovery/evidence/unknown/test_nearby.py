@@ -52,6 +52,15 @@ def test_an_effect_of_the_ice_is_worth_more_than_one_that_is_not_there(around):
     assert calm[0] - calm[1] < plain - around.value(at_spread(around, "slope"), 1.0)
 
 
+def test_the_order_in_which_pushes_were_found_changes_nothing(around):
+    """Not even by rounding, after which another effect may be chosen."""
+    one, other = Following("speed", "along"), Following("spin", "left")
+    first = at_spread(around, "slope").following(one).following(other, 0.3)
+    second = at_spread(around, "slope").following(other, 0.3).following(one)
+    assert list(first.pushes) == list(second.pushes)
+    assert around.value(first, 1.0) == around.value(second, 1.0)
+
+
 def test_a_push_does_what_the_effect_did(around):
     push = Following("", "across the sheet")
     bare = replace(at_spread(around), pushes={push: 0.3})
