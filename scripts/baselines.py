@@ -127,7 +127,9 @@ ALGORITHMS = {
         settings=ON_POLICY,
         blind=True,
     ),
-    "sac": Algorithm(name="SAC", tasks=THROWS, steps=(30_000, 0), settings=OFF_POLICY),
+    "sac": Algorithm(
+        name="SAC", tasks=[*THROWS, END], steps=(30_000, 60_000), settings=OFF_POLICY
+    ),
     "maskable-ppo": Algorithm(
         name="MaskablePPO", tasks=[END], steps=(0, 100_000), settings=ON_POLICY, actions="shots"
     ),
