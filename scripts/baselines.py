@@ -45,7 +45,7 @@ EPISODES = 100
 SEEDS = 5
 """Number of trainings of each task."""
 END = "end-rulebased"
-"""Opponent in training. Trained players are measured against all three, clones against this one."""
+"""Opponent in training. Players are measured against all three, clones of lower tiers only here."""
 ENDS = [name for name, task in TASKS.items() if task.headline and task.metric == "points"]
 THROWS = [name for name, task in TASKS.items() if task.headline and task.metric != "points"]
 DELIVERIES = {"learned": 10_000, "planner": 300}
@@ -127,9 +127,7 @@ ALGORITHMS = {
         settings=ON_POLICY,
         blind=True,
     ),
-    "sac": Algorithm(
-        name="SAC", tasks=[*THROWS, END], steps=(30_000, 60_000), settings=OFF_POLICY
-    ),
+    "sac": Algorithm(name="SAC", tasks=[*THROWS, END], steps=(30_000, 60_000), settings=OFF_POLICY),
     "maskable-ppo": Algorithm(
         name="MaskablePPO", tasks=[END], steps=(0, 100_000), settings=ON_POLICY, actions="shots"
     ),
@@ -304,7 +302,7 @@ def train(job: Job) -> str:
         }
         write_json(job.folder / "config.json", configuration)
         save_weights(model, path)
-    ends = task.metric == "points" and not algorithm.tier
+    ends = task.metric == "points" and algorithm.tier in ("", "expert")
     return _measured(job, str(path), ENDS if ends else [task.name])
 
 
