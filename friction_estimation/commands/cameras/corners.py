@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -21,6 +21,10 @@ SceneFile = Annotated[
 ]
 StartOption = Annotated[
     Path | None, Option(metavar="SCENE.json", help="Scene with marks to start from.")
+]
+PaintDepthOption = Annotated[
+    float | None,
+    Option(metavar="M", min=0.0, max=0.1, help="Thickness of the clear ice above the paint [m]."),
 ]
 
 
@@ -41,6 +45,7 @@ def corners(
     camera: LensOption = None,
     start: StartOption = None,
     height: HeightOption = None,
+    paint_depth: PaintDepthOption = None,
     *,
     page: Page,
     results: Measured,
@@ -69,12 +74,16 @@ def corners(
     from friction_estimation.camera.scene import load_lens, load_scene, save_scene
 
     if start is not None:
-        annotation = Annotation.from_scene(film, load_scene(start, camera, height))
+        scene = load_scene(start, camera, height)
+        if paint_depth is not None:
+            scene = replace(scene, paint_depth=paint_depth)
+        annotation = Annotation.from_scene(film, scene)
     else:
         known = {} if camera is None else load_lens(camera)
         length, width = numbers(page.sheet, "--sheet", "length x width such as 44.5x4.5")
         size = Sheet(length=length, width=width)
-        annotation = Annotation.open(film, size, {**known, "camera_height": height})
+        known |= {"camera_height": height, "paint_depth": paint_depth}
+        annotation = Annotation.open(film, size, known)
 
     server = AnnotationServer(
         annotation,

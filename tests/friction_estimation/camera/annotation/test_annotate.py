@@ -140,12 +140,12 @@ def test_clicks_that_mean_nothing_are_refused(annotation, seen, change, words):
 
 def test_clicking_continues_from_a_scene(seen, tmp_path):
     path, camera, scene = seen
-    save_scene(replace(scene, stone_height=0.12, fps=25.0), tmp_path / "scene.json")
+    save_scene(replace(scene, stone_height=0.12, fps=25.0, paint_depth=0.006), tmp_path / "scene.json")
     again = Annotation.from_scene(path, load_scene(tmp_path / "scene.json"))
     assert set(again.clicks) == set(CORNERS)
     kept = again.scene(again.clicks)
     assert np.allclose(kept.points_px, scene.points_px)
-    assert (kept.stone_height, kept.fps) == (0.12, 25.0)
+    assert (kept.stone_height, kept.fps, kept.paint_depth) == (0.12, 25.0, 0.006)
     assert kept.camera_matrix is not None
     assert np.allclose(kept.camera_matrix, camera.lens.matrix)
 
