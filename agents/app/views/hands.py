@@ -60,8 +60,8 @@ def _sentence(one: AthleteErrors) -> str:
     each = one.seconds_per_speed
     scatter = speed(weight.value) if each is None else f"{abs(each) * weight.value:.2f} s"
     return (
-        f"{athletes_in_words([one])[0]} Two of three throws are within {scatter} of that weight "
-        f"and {short_length(line.value)} of that line."
+        f"{athletes_in_words([one])[0]} Two of three throws are within {scatter} of the usual "
+        f"weight and {short_length(line.value)} of the usual line."
     )
 
 
