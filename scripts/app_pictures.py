@@ -25,7 +25,7 @@ SCREENS = {
     "practice": "practice",
     "rink": "rink",
     "throws": "throws",
-    "throw-film": "throws/1/38",
+    "throw-film": "throws/1/38#beside=39",
     "ice": "ice",
     "throw": "throw",
     "hand-or-ice": "hand-or-ice",
@@ -33,7 +33,7 @@ SCREENS = {
     "stones": "stones",
 }
 """Address of each picture's screen, by the name of the picture."""
-ON_A_PHONE = ("practice", "throw", "hand-or-ice")
+ON_A_PHONE = ("rink", "throw", "hand-or-ice")
 PATIENCE = 600_000
 """Timeouts for the made-up evening, and for a screen that is computed first [ms]."""
 
@@ -84,6 +84,7 @@ def take_all(program: str, address: str, folder: Path) -> None:
 
 def take(page: Any, address: str, picture: Path) -> None:
     """Take a picture of the top of a screen, once it has loaded."""
+    page.goto("about:blank")
     page.goto(address, wait_until="load")
     page.locator("ul[data-jobs]").wait_for(state="detached")  # until it is worked out
     aim = page.get_by_role("button", name="Aim at the button")

@@ -45,7 +45,7 @@ def application(
     hosts : names, without a port, by which this machine's browsers call it
     """
     routes = [
-        Route("/", _home),
+        Route("/", lambda request: go_to(request, SCREENS[0].name)),
         *SHARING,
         Mount("/static", StaticFiles(packages=[("agents.app", "static")])),
         *(route for screen in SCREENS for route in screen.routes),
@@ -64,10 +64,6 @@ def application(
     app.state.sharing = Sharing(club, own)
     app.state.sharing.app = gate = Gate(app, app.state.sharing)
     return gate
-
-
-def _home(request: Request) -> Response:
-    return go_to(request, SCREENS[0].name)
 
 
 async def _refuse(request: Request, error: Exception) -> Response:

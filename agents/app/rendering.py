@@ -28,11 +28,9 @@ def in_units(text: str) -> str:
     """Return a stored sentence, whose lengths are metric, with lengths in the chosen units."""
     if chosen_units() is Units.METRES:
         return text
-    return METRIC.sub(_length_of, text)
-
-
-def _length_of(found: re.Match[str]) -> str:
-    return short_length(float(found[1] or found[3]) * (1.0 if found[2] == "m" else 0.01))
+    return METRIC.sub(
+        lambda one: short_length(float(one[1] or one[3]) * (1.0 if one[2] == "m" else 0.01)), text
+    )
 
 
 @cache

@@ -169,7 +169,7 @@ def athletes_in_words(athletes: Sequence[AthleteErrors]) -> list[str]:
                 errors.append(f"{group.handle}s {side(group.bias[1].value)}")
         name = one.name or "Throws without a name"
         count = f"{one.overall.throws} throws in {_sessions(one.sessions)}"
-        sentences.append(f"{name} ({count}): {', '.join(errors) or 'no systematic error'}.")
+        sentences.append(f"{name} ({count}): {', '.join(errors) or 'no clear habit'}.")
     if athletes:
         sentences.append(
             "Weight, line and rotation have 95 % intervals; columns with ± are the spread from "

@@ -151,12 +151,12 @@ def films_there(club: Club) -> list[str]:
     with club.database.reading() as connection:
         used = {row[0] for row in connection.execute("select file from film")}
     found = sorted((club.folder / FILMS).rglob("[!.]*"))  # hidden ones may be half-written
-    names = [club.name_of(k) for k in found if k.suffix.lower() in SUFFIXES and _is_inside(club, k)]
+    names = [
+        club.name_of(k)
+        for k in found
+        if k.suffix.lower() in SUFFIXES and k.is_file() and k.resolve().is_relative_to(club.folder)
+    ]
     return [name for name in names if name not in used]
-
-
-def _is_inside(club: Club, path: Path) -> bool:
-    return path.is_file() and path.resolve().is_relative_to(club.folder)
 
 
 def film_in(connection: sqlite3.Connection, session: Session, **values: object) -> Film | None:

@@ -73,7 +73,8 @@ def show(request: Request) -> Response:
         longest=max((sum(p.size for p in one.parts.values()) for one in shown), default=1.0),
         chosen=None if chosen is None else _row(chosen, there),
         picture=None if chosen is None else _picture(chosen),
-        compared=_compared(club, session, believed),
+        compared=believed
+        and compared_in_words(*(centre_of_session(club, one) for one in (session, believed))),
         believed=believed,
         earlier=earlier_sessions(club, session),
         found=found,
@@ -102,13 +103,6 @@ def _chosen(request: Request, shown: list[ThrowCauses]) -> ThrowCauses | None:
     if found is None:
         raise HTTPException(404, "That throw has no called target, or was not seen to rest.")
     return found
-
-
-def _compared(club: Club, session: Session, believed: Session | None) -> str:
-    """Compare the ice with the believed one, in the words of the page *Ice*; empty without one."""
-    if believed is None:
-        return ""
-    return compared_in_words(*(centre_of_session(club, one) for one in (session, believed)))
 
 
 def _row(one: ThrowCauses, there: set[int]) -> dict[str, Any]:

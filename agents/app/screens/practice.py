@@ -169,71 +169,47 @@ def again(request: Request) -> Response:
     return Response(status_code=204)
 
 
-# --- what a form of a session asks for ---------------------------------------------------------
-
-
-def correct(request: Request, session: Session, form: dict[str, str]) -> None:
-    """Correct the name, day and sheet of a session, and the conditions of its ice."""
-    name, day, sheet = _about(form)
-    room = {word: text_in(form, word, LONGEST_LIST) for word in CONDITIONS if word in form}
-    club_of(request).change("session", session.id, name=name, day=day, sheet=sheet, **room)
-
-
-def choose_camera(request: Request, session: Session, form: dict[str, str]) -> None:
-    """Another camera for a session."""
-    club = club_of(request)
-    camera = _chosen_camera(club, form)
-    club.change("session", session.id, camera_id=None if camera is None else camera.id)
-    _track_if_marked(club, session)
-
-
-def take(request: Request, session: Session, form: dict[str, str]) -> None:
-    """A film that lies in the club folder."""
-    club = club_of(request)
-    films.take_film(club, session, club.path(form.get("file", "")))
-    _track_if_marked(club, session)
-
-
-def record(request: Request, session: Session, form: dict[str, str]) -> None:
-    """Begin to record from a camera."""
-    source = text_in(form, "source", LONGEST_ADDRESS)
-    if not source:
-        raise InputError("expected the number of a camera, or the address of a stream")
-    jobs.submit(club_of(request), "record", session, source)
-
-
-def ask_for_work(request: Request, session: Session, form: dict[str, str]) -> None:
-    """Track what waits, estimate the ice, or look for what it lacks."""
-    kind = form.get("kind", "")
-    if kind not in WORK:
-        raise InputError(f"expected one of {', '.join(WORK)}", source="work")
-    jobs.submit(club_of(request), kind, session)
-
-
-def write_note(request: Request, session: Session, form: dict[str, str]) -> None:
-    """A remark about the session."""
-    text = text_in(form, "text", LONGEST_NOTE)
-    if text:
-        now = datetime.datetime.now().isoformat(" ", "minutes")
-        club_of(request).add(Note, session_id=session.id, text=text, written=now)
-
-
-DEEDS = {
-    "correct": correct,
-    "camera": choose_camera,
-    "take": take,
-    "record": record,
-    "work": ask_for_work,
-    "note": write_note,
-}
+DEEDS = ("correct", "camera", "take", "record", "work", "note")
+"""Forms of a session."""
 
 
 async def do(request: Request) -> Response:
     """Do what a form of a session asks for, and show the session again."""
     session, form = _session(request), await form_of(request)
     deed = request.url.path.rpartition("/")[2]
-    await run_in_threadpool(DEEDS[deed], request, session, form)
+    await run_in_threadpool(_do, club_of(request), session, deed, form)
     return go_to(request, f"practice/{session.id}")
+
+
+def _do(club: Club, session: Session, deed: str, form: dict[str, str]) -> None:
+    match deed:
+        case "correct":
+            name, day, sheet = _about(form)
+            room = {word: text_in(form, word, LONGEST_LIST) for word in CONDITIONS if word in form}
+            club.change("session", session.id, name=name, day=day, sheet=sheet, **room)
+        case "camera":
+            camera = _chosen_camera(club, form)
+            number = None if camera is None else camera.id
+            club.change("session", session.id, camera_id=number)
+            _track_if_marked(club, session)
+        case "take":
+            films.take_film(club, session, club.path(form.get("file", "")))
+            _track_if_marked(club, session)
+        case "record":
+            source = text_in(form, "source", LONGEST_ADDRESS)
+            if not source:
+                raise InputError("expected the number of a camera, or the address of a stream")
+            jobs.submit(club, "record", session, source)
+        case "work":
+            kind = form.get("kind", "")
+            if kind not in WORK:
+                raise InputError(f"expected one of {', '.join(WORK)}", source="work")
+            jobs.submit(club, kind, session)
+        case _:
+            text = text_in(form, "text", LONGEST_NOTE)
+            now = datetime.datetime.now().isoformat(" ", "minutes")
+            if text:
+                club.add(Note, session_id=session.id, text=text, written=now)
 
 
 async def watch(request: Request) -> Response:

@@ -28,7 +28,6 @@ from agents.app.sheet.forms import (
     TargetForm,
     asked,
 )
-from curling_env.throw import Skill
 from curling_env.units import side
 
 LEAST_SPLITS = 5
@@ -76,10 +75,6 @@ def _split_of(club: Club, key: str) -> dict[str, Any]:
     }
 
 
-def _run(club: Club, form: RunForm) -> dict[str, Any]:
-    return throws.run(ice_named(club, form.ice), form)
-
-
 def _plan(club: Club, form: PlanForm) -> dict[str, Any]:
     found = throws.planned(ice_named(club, form.ice), skill_of(club, form.skill), form)
     return found | {"habit": _habit(club, form.skill, found["call"]["hog_to_hog_s"])}
@@ -101,20 +96,14 @@ def _habit(club: Club, key: str, seconds: float | None) -> str:
     return f"{errors.name} is {', and '.join(words)}." if words else ""
 
 
-def _calls(club: Club, form: CallsForm) -> dict[str, Any]:
-    return games.called(ice_named(club, form.ice), skill_of(club, form.skill), form)
+def _playing(answer: Callable[..., dict[str, Any]]) -> Callable[[Club, GameForm], dict[str, Any]]:
+    """Give a question about a game its ice and the hands of both players."""
 
+    def answered(club: Club, form: GameForm) -> dict[str, Any]:
+        hands = skill_of(club, form.skill), skill_of(club, form.opponent_skill)
+        return answer(ice_named(club, form.ice), hands, form)
 
-def _game(club: Club, form: GameForm) -> dict[str, Any]:
-    return games.played(ice_named(club, form.ice), _hands(club, form), form)
-
-
-def _advice(club: Club, form: GameForm) -> dict[str, Any]:
-    return games.advised(ice_named(club, form.ice), _hands(club, form), form)
-
-
-def _hands(club: Club, form: GameForm) -> tuple[Skill, Skill]:
-    return skill_of(club, form.skill), skill_of(club, form.opponent_skill)
+    return answered
 
 
 def _kept(club: Club) -> dict[str, Any]:
@@ -167,11 +156,15 @@ SCREEN = Screen(
     show,
     [
         Route("/throw/{kind}/{number:int}/forget", forget, methods=["POST"]),
-        _answering("run", RunForm, _run),
+        _answering("run", RunForm, lambda club, k: throws.run(ice_named(club, k.ice), k)),
         _answering("plan", PlanForm, _plan),
-        _answering("calls", CallsForm, _calls),
-        _answering("game", GameForm, _game),
-        _answering("advice", GameForm, _advice),
+        _answering(
+            "calls",
+            CallsForm,
+            lambda club, k: games.called(ice_named(club, k.ice), skill_of(club, k.skill), k),
+        ),
+        _answering("game", GameForm, _playing(games.played)),
+        _answering("advice", GameForm, _playing(games.advised)),
         _answering("targets", TargetForm, _keep),
         _answering("positions", PositionNameForm, _keep_position),
     ],

@@ -85,15 +85,10 @@ def show_throw(request: Request) -> Response:
     """One throw: film, speed, numbers, and the coach's entry; its neighbours are of `?athlete=`."""
     club = club_of(request)
     session, throw = _asked_for(request)
-    sheets = {sheet.throw: sheet for sheet in sheets_of(club, session)}
-    sheet = sheets.get(throw.number)
+    sheet = next((one for one in sheets_of(club, session) if one.throw == throw.number), None)
     chosen = request.query_params.get("athlete", "")
     throws = [
-        one
-        for one in club.throws(session)
-        if not chosen
-        or one.id == throw.id
-        or (one.number in sheets and sheets[one.number].athlete == chosen)
+        one for one in club.throws(session) if chosen in ("", one.athlete) or one.id == throw.id
     ]
     place = next(k for k, one in enumerate(throws) if one.id == throw.id)
     film = club.film(throw.film_id)

@@ -30,7 +30,7 @@ function draw(what) {
     : `strongest colour: ${inSeconds(most)} and more, hog to hog, if all the way were like that`;
 }
 draw("friction");
-$("what")?.addEventListener("change", ({ target }) => draw(target.value));
+$("what")?.addEventListener("change", ({ target }) => { draw(target.value); $("reading").textContent = "Tap a place to read it."; });
 
 /** What is read where a lane shows its curl. */
 function curlAt(i, j) {

@@ -1,7 +1,7 @@
 // The screen "Plan". All that it shows follows from the address, so that it can be shared and reloaded.
 
 import { TEE } from "./sheet.js";
-import { $, clearThrow, direction, hand, ice, keep, layStones, lying, play, post, readAddress, say, sheet, state, turnTo } from "./throw_board.js";
+import { $, clearThrow, direction, hand, ice, keep, layStones, lying, ownHand, play, post, readAddress, say, sheet, state, turnTo } from "./throw_board.js";
 import { byHand, runThrow, setHand } from "./throw_by_hand.js";
 import { planIt } from "./throw_found.js";
 import { freshEnd, gameJson, goOn, newGame } from "./throw_game.js";
@@ -58,6 +58,7 @@ for (const input of document.querySelectorAll("#modes input")) input.addEventLis
 $("handle").addEventListener("change", () => { state.handle = $("handle").value; keep(); planIt(); });
 for (const id of ["ice", "skill"]) $(id).addEventListener("change", () => {
   state[id] = $(id).value;
+  localStorage.setItem(ownHand, state.skill);
   Object.assign(sheet, ice());
   sheet.paint();
   keep();

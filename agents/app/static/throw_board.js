@@ -1,6 +1,6 @@
 // What all modes of the screen "Plan" share: what the address says, the sheet, and asking the server.
 
-import { ask } from "./ask.js";
+import { ask, meta } from "./ask.js";
 import { HOG, placeInWords, RADIUS, Sheet, TEE, viewButtons } from "./sheet.js";
 import { read, written } from "./throw_address.js";
 import { length } from "./units.js";
@@ -13,8 +13,11 @@ export const START = 2 * HOG + (TEE - HOG);
 
 // --- what the address says -----------------------------------------------------------------------
 
+/** The hand that was chosen last on this device: an athlete plans with their own at once. */
+export const ownHand = `skill ${meta("root")}`;
 const usual = () => ({
-  mode: "target", ice: $("ice").options[0].value, skill: "club", handle: "either", to: "away", stones: [],
+  mode: "target", ice: $("ice").options[0].value,
+  skill: [...$("skill").options].find((one) => one.value === localStorage.getItem(ownHand))?.value ?? "club", handle: "either", to: "away", stones: [],
   target: null, hit: false, throw: { speed: 2.1, angle: 0, spin: -1.5 }, hammer: "home", delivered: 0, left: 1,
   score: [0, 0], game: null,
 });

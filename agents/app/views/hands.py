@@ -31,7 +31,8 @@ def hands_of(
     sessions : those that the errors are of, the latest first
     """
     ids = {one.name: one.id for one in club.athletes()}
-    shown = [(one, _shown(one)) for one in errors]
+    # Throws, and the ellipse that holds half of them: line [m] and speed [m/s].
+    shown = [(one, np.concatenate([_seen(one), _half(one)])) for one in errors]
     reach = 1.1 * np.max([np.abs(points).max(axis=0) for _, points in shown], axis=0)
     known = [one.seconds_per_speed for one in errors if one.seconds_per_speed is not None]
     each = float(np.median(known)) if known else None
@@ -60,14 +61,9 @@ def _sentence(one: AthleteErrors) -> str:
     each = one.seconds_per_speed
     scatter = speed(weight.value) if each is None else f"{abs(each) * weight.value:.2f} s"
     return (
-        f"{athletes_in_words([one])[0]} Two of three throws are within {scatter} of that weight "
-        f"and {short_length(line.value)} of that line."
+        f"{athletes_in_words([one])[0]} Two of three throws are within {scatter} of the usual "
+        f"weight and {short_length(line.value)} of the usual line."
     )
-
-
-def _shown(one: AthleteErrors) -> Floats:
-    """Throws and the ellipse that holds half of them, (n + m, 2) of line [m] and speed [m/s]."""
-    return np.concatenate([_seen(one), _half(one)])
 
 
 def _seen(one: AthleteErrors) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from agents.app.club import Athlete, Club, Session
+from agents.app.club import Athlete, Club, Session, Throw
 from agents.app.rendering import rendered
 from agents.app.views.hands import hands_of
 from agents.app.views.throws import sheets_of, throw_numbers
@@ -56,24 +56,25 @@ def do_report(club: Club, session: Session, progress: Reported, given: str = "")
     if athlete is None or not sheets:
         raise InputError("has no throws of this athlete", source=session.name)
     path = report_path(club, session, athlete)
-    made = {throw.number: throw.made for throw in club.throws(session)}
+    throws = {throw.number: throw for throw in club.throws(session)}
+    filmed = [one for one in sheets if throws[one.throw].film_id is not None]
     text = rendered(
         "report.html",
         athlete=athlete,
         session=session,
         hand=_hand(club, athlete),
-        score=next(iter(leaderboard((one, made[one.throw]) for one in sheets)), None),
+        score=next(iter(leaderboard((one, throws[one.throw].made) for one in sheets)), None),
         throws=[
             {
                 "number": one.throw + 1,
                 "called": shown_call(one.note.called),
                 "numbers": throw_numbers(one),
                 "off": missed_by(one),
-                "points": points_of(one, made[one.throw]),
+                "points": points_of(one, throws[one.throw].made),
             }
             for one in sheets
         ],
-        clips=list(_clips(club, session, _worth_seeing(sheets), progress)),
+        clips=list(_clips(club, throws, _worth_seeing(filmed), progress)),
     )
     make_directory(path.parent)
     for old in path.parent.glob(f"{athlete.id}-*.html"):
@@ -100,12 +101,12 @@ def _worth_seeing(sheets: list[ThrowSheet]) -> list[ThrowSheet]:
 
 
 def _clips(
-    club: Club, session: Session, sheets: list[ThrowSheet], progress: Reported
+    club: Club, throws: Mapping[int, Throw], sheets: list[ThrowSheet], progress: Reported
 ) -> Iterable[dict[str, Any]]:
-    throws = {throw.number: throw for throw in club.throws(session)}
     for k, sheet in enumerate(sheets):
         progress.piece(k, len(sheets))
-        throw, film = throws[sheet.throw], club.film(throws[sheet.throw].film_id)
+        throw = throws[sheet.throw]
+        film = club.film(throw.film_id)
         if film is None or not club.path(film.file).is_file():
             continue
         one, begin = sheet.measures, throw.clock

@@ -283,7 +283,7 @@ def camera_from(document: dict[str, Any]) -> RefinedCamera:
         rms_px=float(document["rms_px"]),
         misfit=float(document["misfit"]),
         covariance=covariance,
-        depth_sigma=float(document["depth_sigma"]),
+        depth_sigma=float(document.get("depth_sigma", 0.0)),  # earlier versions had none
         lens=lens,
         farther=None if farther is None else _camera(farther),
     )

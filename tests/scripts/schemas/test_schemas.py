@@ -114,4 +114,4 @@ def test_every_released_number_is_read():
     assert len(read_record(SPECIMENS / "game-1.jsonl")) == 3
     assert len(read_session(SPECIMENS / "session-1.json").tracks) == 1
     report = json.loads((SPECIMENS / "report-1.json").read_text(encoding="utf-8"))
-    assert findings(report).missing[0].title == "curl"
+    assert findings(report).missing[0].name == "curl"

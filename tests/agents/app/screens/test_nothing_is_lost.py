@@ -224,3 +224,9 @@ def test_the_button_is_planned_at_once_above_the_fold(context, address):
     assert re.search(r"\d\d\.\d s\s+split (about )?\d\.\d\d s", words), words
     assert re.search(r"(in|out)-turn", words)
     assert np.isfinite(float(re.search(r"Ice\s+(\d+(\.\d+)?)", words)[1]))
+    # An athlete's own hand is planned with the next time, too.
+    page.locator("#skill").select_option("elite")
+    page.goto(f"{address}practice")
+    page.goto(f"{address}throw")
+    page.locator("#answer:visible").wait_for()
+    assert page.locator("#skill").input_value() == "elite"

@@ -63,3 +63,8 @@ def test_an_athletes_evening_is_one_file_with_clips(browser, visitor, filmed, wo
     visitor.post(f"throws/{filmed.id}/1", {"called": "guard in"})
     assert visitor.get(address).status == 202
     assert visitor.get(f"athletes/{filmed.id}/99/report").status == 404
+    # Clips are of filmed throws, also where others were better and worse.
+    for throw in visitor.club.throws(filmed)[:2]:
+        visitor.club.change("throw", throw.id, film_id=None)
+    assert work_off(visitor.club) == ["report"]
+    assert visitor.get(address).text.count("<video") == 3
