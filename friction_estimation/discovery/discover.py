@@ -34,7 +34,6 @@ from friction_estimation.discovery.evidence.unknown.explanation import fit_besid
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.model.fit import SessionFit, fit, singular_fit_refused
-from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.naming import Named, name_effects
 from friction_estimation.discovery.search.maps import renew_map
 from friction_estimation.discovery.search.patches import place_sides
@@ -196,22 +195,17 @@ def _discover(
     progress("reading tracks", 0.0)
     session = open_session(tracks, scene)
     progress("fitting the baseline", 0.05)
-    given = base_model(ice, session)
-    return search_session(fit_with_noise(given, session), given, rng, progress)
+    return search_session(fit_with_noise(base_model(ice, session), session), rng, progress)
 
 
 def search_session(
-    everything: SessionFit,
-    given: Model,
-    rng: np.random.Generator,
-    progress: Progress = no_progress,
+    everything: SessionFit, rng: np.random.Generator, progress: Progress = no_progress
 ) -> Discovery:
     """Find what a model fitted to all throws of a session lacks.
 
     Parameters
     ----------
     everything : the fit
-    given : the model before the fit
     rng : source of the choice of held-out throws
     progress : progress
     """
@@ -221,25 +215,18 @@ def search_session(
     start, session = everything.model, everything.session
     if len(session) < LEAST_THROWS:
         return _too_few(everything)
-    found = _search(everything, given, rng, progress)
-    if _explains_all(found):
-        return found
+    found = _search(everything, rng, progress)
+    if found.dependences and misfit_of(found.final).white:
+        return found  # the unknown leaves only noise: no throw is exceptional
     odd = exceptional_throws(found.selection.best, session)
     if len(odd) and len(session) - len(odd) >= LEAST_THROWS:
         # A single event must not distort the rest: the other throws are searched separately.
         rest = session.only(np.setdiff1d(np.arange(len(session)), odd))
-        calm = _search(fit_with_noise(start, rest), given, rng, progress)
+        calm = _search(fit_with_noise(start, rest), rng, progress)
         alone = misfit_of(fit(calm.final.model, session.only(odd), calm.final.noise, shared=False))
         if misfit_of(calm.final).white and (alone.surprise > SURPRISING_THROW).all():
             return replace(calm, events=session.throws[odd].tolist())
     return found
-
-
-def _explains_all(found: Discovery) -> bool:
-    """Return whether an unknown with dependences leaves only noise, so that no throw is
-    exceptional.
-    """
-    return bool(found.dependences) and misfit_of(found.final).white
 
 
 def _is_other_ice(ice: Ice | None, base: SessionFit) -> bool:
@@ -274,19 +261,14 @@ def _too_few(everything: SessionFit) -> Discovery:
     )
 
 
-def _search(
-    everything: SessionFit, given: Model, rng: np.random.Generator, progress: Progress
-) -> Discovery:
+def _search(everything: SessionFit, rng: np.random.Generator, progress: Progress) -> Discovery:
     """Select, test and accept effects on one session."""
     session = everything.session
     held_out = choose_held_out(session, rng)
     training = session.only(np.setdiff1d(np.arange(len(session)), held_out))
     unseen = session.only(held_out)
     base = fit_with_noise(everything.model, training, everything.noise, near=(everything,))
-    selection = select(
-        base,
-        progress=part_of_progress(progress, 0.1, 0.7),
-    )
+    selection = select(base, progress=part_of_progress(progress, 0.1, 0.7))
     progress("testing throw by throw", 0.7)
     found = name_effects(selection, unseen, session, progress)
     progress("forecasting throws held out", 0.9)

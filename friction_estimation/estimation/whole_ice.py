@@ -109,7 +109,6 @@ def estimate_ice(
         fitted, search = _fit(model, session, camera_bias)
         found = search_session(
             fitted,
-            replace(model, ripple=fitted.model.ripple),
             np.random.default_rng(seed),
             part_of_progress(progress, 0.2, 1.0),
         )
