@@ -140,7 +140,9 @@ def test_clicks_that_mean_nothing_are_refused(annotation, seen, change, words):
 
 def test_clicking_continues_from_a_scene(seen, tmp_path):
     path, camera, scene = seen
-    save_scene(replace(scene, stone_height=0.12, fps=25.0, paint_depth=0.006), tmp_path / "scene.json")
+    save_scene(
+        replace(scene, stone_height=0.12, fps=25.0, paint_depth=0.006), tmp_path / "scene.json"
+    )
     again = Annotation.from_scene(path, load_scene(tmp_path / "scene.json"))
     assert set(again.clicks) == set(CORNERS)
     kept = again.scene(again.clicks)
