@@ -221,7 +221,7 @@ MAP_SHAPES = (
     *((length, np.inf) for length in (1.0, 1.5, 2.1, 3.0, 4.2, 6.0)),
 )
 """Correlation lengths [m] and Matérn orders that are tried."""
-MAP_SHARE = 0.999
+MAP_SHARE = 0.9999
 """Minimum share of the field's variance, where stones ran, in its patterns."""
 MOST_MAP_PATTERNS = 120
 """Maximum number of patterns of a field."""
