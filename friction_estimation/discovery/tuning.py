@@ -177,6 +177,8 @@ LARGEST_SPREAD = 0.015
 to 1 %, and blind sessions in which all effects were named by at most 1.2 %."""
 SURPRISING_THROW = 6.0
 """Minimum excess of χ² of an exceptional throw [standard deviations]."""
+EVENT_SHARE = 0.7
+"""Share of the misfit that exceptional throws must explain."""
 MOST_EVENTS = 0.15
 """Maximum share of exceptional throws."""
 LARGEST_IMPROVEMENT = 9.0
