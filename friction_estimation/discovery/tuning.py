@@ -177,6 +177,8 @@ LARGEST_SPREAD = 0.015
 to 1 %, and blind sessions in which all effects were named by at most 1.2 %."""
 SURPRISING_THROW = 6.0
 """Minimum excess of χ² of an exceptional throw [standard deviations]."""
+EVENT_SHARE = 0.7
+"""Share of the misfit that exceptional throws must explain."""
 MOST_EVENTS = 0.15
 """Maximum share of exceptional throws."""
 LARGEST_IMPROVEMENT = 9.0
@@ -221,7 +223,7 @@ MAP_SHAPES = (
     *((length, np.inf) for length in (1.0, 1.5, 2.1, 3.0, 4.2, 6.0)),
 )
 """Correlation lengths [m] and Matérn orders that are tried."""
-MAP_SHARE = 0.999
+MAP_SHARE = 0.9999
 """Minimum share of the field's variance, where stones ran, in its patterns."""
 MOST_MAP_PATTERNS = 120
 """Maximum number of patterns of a field."""

@@ -10,7 +10,7 @@ from friction_estimation.discovery.model.fit import SessionFit, fit_to
 from friction_estimation.discovery.model.minimum import minimum_of
 from friction_estimation.discovery.search.patches import place_sides
 from friction_estimation.discovery.search.residuals import throw_tolerance_of
-from friction_estimation.discovery.tuning import MOST_EVENTS, SURPRISING_THROW
+from friction_estimation.discovery.tuning import EVENT_SHARE, MOST_EVENTS, SURPRISING_THROW
 
 
 def exceptional_throws(best: SessionFit, session: Session) -> Indices:
@@ -29,13 +29,15 @@ def exceptional_throws(best: SessionFit, session: Session) -> Indices:
     values = np.isfinite(session.observed).sum(axis=1)
     dof = np.add.reduceat(values, session.starts[:-1]) * throw_tolerance_of(session)
     odd: list[int] = []
-    chance = SURPRISING_THROW * np.sqrt(2.0 * dof.sum())
-    while _excess_without(whole, odd, dof) > chance:
-        if len(odd) >= max(1, int(MOST_EVENTS * len(session))):
-            return np.empty(0, dtype=np.intp)
+    excess = _excess_without(whole, odd, dof)
+    if excess < SURPRISING_THROW * np.sqrt(2.0 * dof.sum()):
+        return np.empty(0, dtype=np.intp)
+    for _ in range(max(1, int(MOST_EVENTS * len(session)))):
         others = [i for i in range(len(session)) if i not in odd]
         odd.append(min(others, key=lambda i: _excess_without(whole, [*odd, i], dof)))
-    return np.sort(np.array(odd, dtype=np.intp))
+        if _excess_without(whole, odd, dof) < (1.0 - EVENT_SHARE) * excess:
+            return np.sort(np.array(odd, dtype=np.intp))
+    return np.empty(0, dtype=np.intp)
 
 
 def _excess_without(whole: SessionFit, odd: list[int], dof: Floats) -> float:

@@ -66,6 +66,13 @@ def test_a_true_model_forecasts_to_the_noise_floor_and_a_wrong_one_does_not(make
     assert worse.rest_error > 3 * gap.rest_error
 
 
+def test_the_floor_is_what_throws_of_other_friction_miss_by(make_session):
+    session = open_session(make_session(throws=12, scatter=0.02, sigma=0.001))
+    fitted = fit_with_noise(base_model(None, session), session)
+    gap, floor = forecast(fitted.model, session, fitted.noise), noise_floor(fitted, session)
+    assert floor.rest_error == pytest.approx(gap.rest_error, rel=0.4)
+
+
 def test_the_floor_rises_with_noise_and_with_the_spread_of_friction(make_session):
     def floor(**options):
         session = open_session(make_session(throws=8, **options))

@@ -50,6 +50,11 @@ def test_no_rectangle_nearby_promises_more(make_session):
             assert gain(found.with_values(**{side: moved})) < 1.02 * best, (side, place, step)
 
 
+def test_no_rectangle_is_tried_that_could_not_be_named(make_session):
+    session = open_session(make_session(throws=8))
+    assert find_patches(fit_with_noise(base_model(None, session), session)) == []
+
+
 def test_a_cell_holds_the_points_between_its_sides(rng):
     xy = rng.uniform([-1.0, -15.0], [1.5, 18.0], (200, 2))
     grid = grid_over(xy, (0.25, 1.0))

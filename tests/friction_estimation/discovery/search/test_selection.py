@@ -11,7 +11,11 @@ from friction_estimation.discovery import (
     refit,
     score_candidates,
 )
-from friction_estimation.discovery.search.selection import refine, with_patches_relocated
+from friction_estimation.discovery.search.selection import (
+    prune,
+    refine,
+    with_patches_relocated,
+)
 
 from ..conftest import effect
 
@@ -52,3 +56,12 @@ def test_a_finer_law_of_friction_is_reached_from_the_power_law(make_session):
     found = finer.model.term("speed_dependent_friction").values
     assert found["speed_offset"] == pytest.approx(0.9, abs=0.1)
     assert found["share"] == pytest.approx(0.6, abs=0.05)
+
+
+def test_a_term_that_does_not_pay_is_dropped_and_others_stay(make_session):
+    session = open_session(make_session([effect("curl", strength=0.005)], throws=8))
+    bare = fit_with_noise(base_model(None, session), session)
+    terms = {term.label: term for term in candidates(session)}
+    both = refit(bare, bare.model.with_terms(terms["curl"], terms["slope"]))
+    assert [term.label for term in prune(both, set()).model.terms] == ["curl"]
+    assert [term.label for term in prune(both, {"slope"}).model.terms] == ["curl", "slope"]

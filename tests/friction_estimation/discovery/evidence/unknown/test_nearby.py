@@ -52,6 +52,16 @@ def test_an_effect_of_the_ice_is_worth_more_than_one_that_is_not_there(around):
     assert calm[0] - calm[1] < plain - around.value(at_spread(around, "slope"), 1.0)
 
 
+def test_every_further_parameter_of_an_effect_costs(around):
+    """The same as in the selection: 16 for an effect, and 4 for each parameter beyond the first."""
+    made = at_spread(around, "slope", "curl")
+    log_terms = float(around.linear.each(made.spread)[1].sum())
+    further = sum(len(around.places[label]) - 1 for label in ("slope", "curl"))
+    assert further == 1  # a slope has two, a curl one
+    needed = around.value(made, 1.0) - around.minimum_cost(made) - log_terms
+    assert needed == pytest.approx(2 * 16.0 + 4.0 * further)
+
+
 def test_the_order_in_which_pushes_were_found_changes_nothing(around):
     """Not even by rounding, after which another effect may be chosen."""
     one, other = Following("speed", "along"), Following("spin", "left")
