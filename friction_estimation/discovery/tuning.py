@@ -212,12 +212,14 @@ LARGEST_REST = 0.2
 
 # --- amplitudes ---------------------------------------------------------------------------------
 RELATIVE_AMPLITUDES = 2.0 ** np.arange(-4.0, 2.5, 0.5)
-"""Amplitudes of a field or push that are tried, as multiples of the usual one."""
+"""Amplitudes of a ripple or push that are tried, as multiples of the usual one."""
 
 # --- friction map ------------------------------------------------------------------------------
 USUAL_MAP_SD, LOG_MAP_SD_SPREAD = 0.04, 1.0
 """Centre of the prior of the standard deviation of ln μ over the sheet, and the standard deviation
 of its logarithm. Published measurements give 2 to 5 %."""
+MAP_AMPLITUDES = np.geomspace(0.002, 0.16, 14)
+"""Standard deviations of ln μ over the sheet that are tried."""
 MAP_SHAPES = (
     *((length, 2.5) for length in (1.2, 2.0, 3.2, 5.0, 8.0)),
     *((length, np.inf) for length in (1.0, 1.5, 2.1, 3.0, 4.2, 6.0)),

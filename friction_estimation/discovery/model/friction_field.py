@@ -23,10 +23,10 @@ from friction_estimation.design.matern import matern
 from friction_estimation.discovery.model.gaussian_field import GaussianField
 from friction_estimation.discovery.tuning import (
     LOG_MAP_SD_SPREAD,
+    MAP_AMPLITUDES,
     MAP_SHAPES,
     MAP_SHARE,
     MOST_MAP_PATTERNS,
-    RELATIVE_AMPLITUDES,
     USUAL_MAP_SD,
 )
 
@@ -80,9 +80,7 @@ class FrictionField(GaussianField):
     @property
     def amplitudes(self) -> Floats:
         """Candidate amplitudes for these patterns."""
-        return (
-            USUAL_MAP_SD * RELATIVE_AMPLITUDES if self.known is None else np.array([self.amplitude])
-        )
+        return MAP_AMPLITUDES if self.known is None else np.array([self.amplitude])
 
     @property
     def hyperprior(self) -> float:
@@ -242,7 +240,7 @@ def fields_to_try(
     return [
         field_along(sheet, crossed, *shape, known=known, change=change)
         for shape in MAP_SHAPES[1:4]
-        for change in (USUAL_MAP_SD * RELATIVE_AMPLITUDES[1:11:2]).tolist()
+        for change in MAP_AMPLITUDES[2:12:2].tolist()
     ]
 
 

@@ -281,7 +281,7 @@ class Nearby:
             best = self._better(best, tried, dispersion)
             for push in made.pushes:
                 tried = [
-                    best[1].following(push, scale) for scale in RELATIVE_AMPLITUDES[1::3].tolist()
+                    best[1].following(push, scale) for scale in RELATIVE_AMPLITUDES[1:11:3].tolist()
                 ]
                 best = self._better(best, tried, dispersion)
             if before - best[0] < 0.5:
