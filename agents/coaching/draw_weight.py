@@ -9,7 +9,7 @@ import numpy as np
 
 from agents.coaching.lane_draws import LaneDraw, lane_draws
 from curling_env.ice import Ice
-from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
+from curling_env.sheet import HOG_TO_FAR_TEE, Direction
 from curling_env.units import short_length
 from friction_estimation.reports.keen_and_heavy import SIGMAS
 
@@ -87,7 +87,7 @@ def _weight_in_words(now: tuple[float, float], then: tuple[float, float]) -> str
     if abs(change) < SAME_WEIGHT:
         return "of the same weight"
     # A stone of the same speed slides as much further as the friction is less.
-    carry = 2 * change / then[0] * (TEE_Y + HOG_LINE_Y)
+    carry = 2 * change / then[0] * HOG_TO_FAR_TEE
     far = f"a stone of the same speed {short_length(carry)} {'further' if carry > 0 else 'shorter'}"
     longer = f"{abs(change):.2f} s {'longer' if change > 0 else 'shorter'} hog to hog, {far}"
     if abs(change) <= error:

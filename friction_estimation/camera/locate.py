@@ -35,6 +35,7 @@ from friction_estimation.camera.rough_pose import RoughSearch, TwoMarks
 from friction_estimation.camera.scene import Scene
 from friction_estimation.camera.tuning import (
     MARK_SIGMA,
+    PAINT_DEPTH,
     PHOTO_CORRELATION,
     PHOTO_MIN_SCALE_PX,
     PHOTO_SEARCHES,
@@ -186,6 +187,7 @@ class _Photo:
             click_sigma_px=MARK_SIGMA * self.two(scale).px_per_metre,
             correlation=PHOTO_CORRELATION,
             min_scale_px=PHOTO_MIN_SCALE_PX * unit_px,
+            depth_sigma=PAINT_DEPTH[1],
         )
         return PaintSolver(
             fit=fit,

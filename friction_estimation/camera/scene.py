@@ -27,6 +27,8 @@ LENS_KEYS = ("camera_matrix", "distortion", "image_size", "reprojection_px")
 """The keys of a camera file; a scene file may have them too."""
 CAMERA_HEIGHTS = (0.5, 50.0)
 """Minimum and maximum height of cameras above the ice [m]."""
+PAINT_DEPTHS = 0.0, 0.1
+"""Minimum and maximum thickness of the ice above the paint [m]."""
 MIN_POINTS, MAX_POINTS = 4, 500
 """Maximum number of points of a scene. People mark a dozen; a thousand would take a minute to
 fit."""
@@ -316,7 +318,7 @@ class SceneDocument(LensDocument):
     corners_px: CornersDocument | None = None
     points: Annotated[list[PointDocument], Meta(max_length=MAX_POINTS)] | None = None
     camera_height: Annotated[float, within(*CAMERA_HEIGHTS, "m")] | None = None
-    paint_depth: Annotated[float, within(0.0, 0.1, "m")] | None = None
+    paint_depth: Annotated[float, within(*PAINT_DEPTHS, "m")] | None = None
     stone: SceneStoneDocument = msgspec.field(default_factory=SceneStoneDocument)
     sheet: SceneSheetDocument | None = None
     fps: Annotated[float, within(0.01, 1e5, "1/s")] | None = None

@@ -19,6 +19,7 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.tracking.detection.detector import DetectedPlace, Detector, OnIce
+from friction_estimation.tracking.numbers import DECELERATION
 from friction_estimation.tracks.throw_table import ThrowMeasures, measure_throw
 
 INTERVAL = 0.09
@@ -39,8 +40,8 @@ GATE, SIGMAS = 0.3, 2.0
 """Largest distance from the expected place: this [m], and this multiple of its standard error."""
 REACH = 0.15
 """The stone is looked for this much farther around its expected place [m]."""
-LATEST, DECELERATION = 25, 0.09
-"""Number of rows that a place is expected from, and the usual deceleration of a stone [m/s²]."""
+LATEST = 25
+"""Number of rows that a place is expected from."""
 LONGEST_UNSEEN = 3.0
 """A stone unseen for longer is given up [s]."""
 STILL_SECONDS, STILL_SPEED = (1.0, 2.0, 4.0), 0.08

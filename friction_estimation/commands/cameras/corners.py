@@ -12,6 +12,7 @@ from typer import Argument, Option
 from curling_env.commands.options import Measured, grouped, numbers, option, output_to
 from curling_env.commands.outputs import Writes
 from curling_env.commands.terminal import print_remark
+from friction_estimation.camera.scene import PAINT_DEPTHS
 from friction_estimation.commands.film_options import HeightOption, LensOption
 
 SceneFile = Annotated[
@@ -24,7 +25,12 @@ StartOption = Annotated[
 ]
 PaintDepthOption = Annotated[
     float | None,
-    Option(metavar="M", min=0.0, max=0.1, help="Thickness of the clear ice above the paint [m]."),
+    Option(
+        metavar="M",
+        min=PAINT_DEPTHS[0],
+        max=PAINT_DEPTHS[1],
+        help="Thickness of the clear ice above the paint [m].",
+    ),
 ]
 
 
