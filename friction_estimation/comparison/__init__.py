@@ -6,8 +6,6 @@ __getattr__, __dir__ = lazy_names(
     __name__,
     {
         "gate_times": ("GateComparison", "GateRethrow", "compare_gate_times"),
-        "rethrow": ("Comparison", "compare_tracks"),
-        "rethrow_result": ("Rethrow",),
-        "rethrow_spread": ("position_noise",),
+        "rethrow": ("Comparison", "Rethrow", "compare_tracks", "position_noise"),
     },
 )

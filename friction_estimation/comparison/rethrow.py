@@ -2,6 +2,11 @@
 
 The release is fitted to the first seconds of the free slide only. The rest of the path, up to the
 place of rest, is a prediction and is compared with the measurement.
+
+For the uncertainty of a predicted rest, a throw is repeated on ices drawn from the standard errors
+of the ice. On each of them the release is fitted again to the first seconds, to positions with new
+noise of the measured size. Errors of ice and release that compensate each other are therefore not
+counted twice.
 """
 
 from __future__ import annotations
@@ -13,21 +18,25 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from curling_env.analysis.ice_uncertainty import plausible_ices
+from curling_env.analysis.tuning import MIN_RESTED_SHARE
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.infrastructure.files.storage import write_table
-from curling_env.physics.slides import NO_BOUNDS, slide
+from curling_env.physics.batch import release_table, throw_batch
+from curling_env.physics.slides import NO_BOUNDS, SlideEnd, slide
 from curling_env.physics.wear import IceInUse
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Flags, Floats
 from curling_env.units import Units, length
-from friction_estimation.comparison.rethrow_result import Rethrow
-from friction_estimation.comparison.rethrow_spread import position_noise, rest_spread
+from friction_estimation.discovery.model.noise import CoordinateNoise, Series, most_likely_noise
 from friction_estimation.tracks.free_slide import FreeSlide, free_slides
 from friction_estimation.tracks.outliers import robust_deviation
 from friction_estimation.tracks.spin import fit_spin, has_heading
+from friction_estimation.tracks.tuning import USUAL_SPIN
 
 NOTHING_NOTED: Mapping[int, Mapping[str, str]] = MappingProxyType({})
 NOT_YOUR_ICE = 5.0
@@ -35,6 +44,101 @@ NOT_YOUR_ICE = 5.0
 RELEASE_WINDOW = 2.5
 """Stretch of a free slide to which its release is fitted [s]. With 5 mm of noise the speed is then
 known to about a millimetre a second, which moves a draw by 2 cm."""
+SPREAD_ICES = 128
+"""Ices on which a throw is repeated; σ is then known to 9 %."""
+NOISE_THROWS = 12
+"""Number of throws from which the noise of the positions is estimated."""
+BEND_TIME = 8.0
+"""Longest period of residuals that count as noise of positions; slower ones come from the ice
+[s]."""
+MEMORY = (0.05, 4.0)
+"""Shortest and longest correlation time of the noise [s]."""
+LEAST_NOISE = 1e-5
+"""Smallest noise that is considered [m], so that exact tracks do not divide by zero."""
+EARLY_ROWS = 20.0
+"""Rows a second at which the first seconds on two ices are compared [1/s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rethrow:
+    """One measured throw and its prediction.
+
+    Parameters
+    ----------
+    throw, stone : numbers of the throw and of its stone in the tracks
+    release : release fitted to the first seconds
+    t : (n,) time since the release [s]
+    measured, predicted : (n, 2) paths in the sheet frame [m]
+    tested : (n,) rows after the release window, which test the prediction
+    rest : (2,) measured place of rest [m]; None if the track ends before
+    predicted_rest : (2,) predicted place of rest [m]
+    rest_time : time from the release until the stone was 5 cm from its rest [s], which noise blurs
+        less than the very end; None if the track ends before
+    predicted_time : the same time as predicted [s]
+    rest_sigma : standard deviations of the predicted less the measured place of rest, across and
+        along the sheet [m], that follow from those of the ice and from the noise of the positions;
+        None where it is not known
+    """
+
+    throw: int
+    stone: int
+    release: Release
+    t: Floats
+    measured: Floats
+    predicted: Floats
+    tested: Flags
+    rest: Floats | None
+    predicted_rest: Floats
+    rest_time: float | None
+    predicted_time: float
+    rest_sigma: tuple[float, float] | None = None
+
+    @property
+    def rest_error(self) -> float | None:
+        """Distance between predicted and measured place of rest [m]."""
+        return None if self.rest is None else float(np.hypot(*(self.predicted_rest - self.rest)))
+
+    @property
+    def miss(self) -> tuple[float, float] | None:
+        """Predicted less measured place of rest, to the thrower's left and along the play [m]."""
+        if self.rest is None:
+            return None
+        x, y = (self.release.direction * (self.predicted_rest - self.rest)).tolist()
+        return -x, y
+
+    @property
+    def sigmas(self) -> tuple[float, float] | None:
+        """`miss` in standard deviations; None where one is unknown."""
+        if self.miss is None or self.rest_sigma is None or not all(self.rest_sigma):
+            return None
+        return self.miss[0] / self.rest_sigma[0], self.miss[1] / self.rest_sigma[1]
+
+    def summary(self) -> dict[str, Any]:
+        """Return the throw in numbers, for JSON and CSV."""
+        none = (None, None)
+        rest = none if self.rest is None else self.rest.tolist()
+        left, long = self.miss or none
+        apart = (self.predicted - self.measured)[self.tested]
+        return {
+            "throw": self.throw,
+            "stone": self.stone,
+            "speed": self.release.speed,
+            "spin": self.release.omega,
+            "rest_x": rest[0],
+            "rest_y": rest[1],
+            "predicted_x": float(self.predicted_rest[0]),
+            "predicted_y": float(self.predicted_rest[1]),
+            "rest_sigma_x_m": (self.rest_sigma or none)[0],
+            "rest_sigma_y_m": (self.rest_sigma or none)[1],
+            "rest_error_m": self.rest_error,
+            "too_long_m": long,
+            "too_far_left_m": left,
+            "sigmas_too_long": (self.sigmas or none)[1],
+            "sigmas_too_far_left": (self.sigmas or none)[0],
+            "path_rms_m": _rms(np.hypot(*apart.T)),
+            "rest_time_s": self.rest_time,
+            "predicted_time_s": self.predicted_time,
+        }
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,23 +161,17 @@ class Comparison:
         errors = [k.rest_error for k in self.rethrows if k.rest_error is not None]
         misses = np.array([k.miss for k in self.rethrows if k.miss is not None])
         sigmas = [sigma for k in self.rethrows if k.sigmas is not None for sigma in k.sigmas]
-        squares = np.concatenate(
-            [((k.predicted - k.measured)[k.tested] ** 2).sum(axis=1) for k in self.rethrows]
-        )
-
-        def rms(values: list[float]) -> float | None:
-            return float(np.sqrt(np.mean(np.square(values)))) if values else None
-
+        apart = [(k.predicted - k.measured)[k.tested] for k in self.rethrows]
         return {
             "throws": len(self.rethrows),
-            "path_rms_m": float(np.sqrt(squares.mean())) if squares.size else None,
+            "path_rms_m": _rms(np.hypot(*np.concatenate(apart).T)),
             "rested": len(errors),
-            "rest_error_m": rms(errors),
+            "rest_error_m": _rms(errors),
             "rest_error_median_m": float(np.median(errors)) if errors else None,
             "rest_error_worst_m": max(errors) if errors else None,
             "too_long_mean_m": float(misses[:, 1].mean()) if errors else None,
             "too_far_left_mean_m": float(misses[:, 0].mean()) if errors else None,
-            "rest_error_sigmas": rms(sigmas),
+            "rest_error_sigmas": _rms(sigmas),
             "release_window_s": self.window,
             "each": [rethrow.summary() for rethrow in self.rethrows],
             **({"skipped": list(self.skipped)} if self.skipped else {}),
@@ -94,6 +192,11 @@ class Comparison:
         if error > NOT_YOUR_ICE:
             words += ": this is not the ice that these stones ran on"
         return words
+
+
+def _rms(values: ArrayLike) -> float | None:
+    """Root mean square; None without values."""
+    return float(np.sqrt(np.mean(np.square(values)))) if np.size(values) else None
 
 
 def compare_tracks(
@@ -258,3 +361,110 @@ def _arrival(t: Floats, xy: Floats, rest: Floats) -> float:
     """First time at which a path is within 5 cm of its place of rest [s]."""
     near = np.hypot(*(xy - rest).T) <= 0.05
     return float(t[np.argmax(near)]) if near.any() else float(t[-1])
+
+
+# --- uncertainty of a predicted rest --------------------------------------------------------------
+
+
+def position_noise(throws: Sequence[Rethrow]) -> CoordinateNoise | None:
+    """Noise of one coordinate of the measured positions; None if there are too few rows to estimate
+    it.
+
+    Parameters
+    ----------
+    throws : of one session
+    """
+    series: list[Series] = []
+    jitter: list[float] = []
+    for throw in throws[:NOISE_THROWS]:
+        # Around the stop, paths that end at different times diverge.
+        moving = throw.t <= 0.8 * min(throw.t[-1], throw.predicted_time)
+        t = throw.t[moving]
+        degree = 2 + int(t[-1] / BEND_TIME) if len(t) else 0
+        if len(t) < 4 * (degree + 1):
+            continue
+        curve = np.polynomial.legendre.legvander(2.0 * t / t[-1] - 1.0, degree)
+        for residual in (throw.measured - throw.predicted)[moving].T:
+            series.append(Series(t, np.ones(len(t)), np.column_stack([curve, residual])))
+            bend = np.linalg.lstsq(curve, residual, rcond=None)[0]
+            jitter.append(robust_deviation(residual - curve @ bend))
+    if not series:
+        return None
+    size = max(float(np.median(jitter)), LEAST_NOISE)
+    white, slow, time = most_likely_noise(series, size, memory=MEMORY)
+    return CoordinateNoise(white=white, slow=slow, time=time if slow else 0.0)
+
+
+def rest_spread(
+    throw: Rethrow, ice: Ice, noise: CoordinateNoise | None, *, heading_seen: bool
+) -> tuple[float, float] | None:
+    """Standard deviations of a predicted rest less the measured one.
+
+    Parameters
+    ----------
+    throw : throw and its prediction
+    ice : the ice on which it was predicted
+    noise : noise of the positions to which its release was fitted
+    heading_seen : whether the spin was measured; otherwise it may be any usual one
+
+    Returns
+    -------
+    across and along the sheet [m]; None if the stone may well not rest on the ice
+    """
+    rng = np.random.default_rng(throw.release.order)
+    ices = plausible_ices(ice, SPREAD_ICES, rng)
+    which = np.arange(SPREAD_ICES) % len(ices)
+    table = np.repeat(release_table([throw.release]), SPREAD_ICES)
+    at = throw.t[~throw.tested]
+    if len(ices) > 1:
+        seconds = max(float(at[-1]), 1.0)
+        early = throw_batch(ices, table, which=which, fps=EARLY_ROWS, longest=seconds)
+        alone = throw_batch(ice, table[:1], fps=EARLY_ROWS, longest=seconds)
+        assert early.paths is not None  # a rate was given
+        assert alone.paths is not None
+        apart = early.paths[:, :, :2] - alone.paths[:, :, :2]
+        t = np.arange(apart.shape[1]) / EARLY_ROWS
+        seen = np.isfinite(apart).all(axis=(0, 2))
+        for names, column in ((("x", "vx"), 0), (("y", "vy"), 1)):
+            start, speed = np.polynomial.polynomial.polyfit(t[seen], apart[:, seen, column].T, 1)
+            table[names[0]] -= start
+            table[names[1]] -= speed
+    if noise is not None:
+        root = np.linalg.cholesky(_line_covariance(at, noise))
+        for names in (("x", "vx"), ("y", "vy")):
+            start, speed = root @ _pairs(rng, 2)
+            table[names[0]] += start
+            table[names[1]] += speed
+    if not heading_seen:
+        table["omega"] += USUAL_SPIN * _pairs(rng, 1)[0]
+    table["omega"] = np.clip(table["omega"], -MAX_SPIN, MAX_SPIN)
+    excess = np.maximum(np.hypot(table["vx"], table["vy"]) / (0.999 * MAX_SPEED), 1.0)
+    table["vx"] /= excess
+    table["vy"] /= excess
+    rests = throw_batch(ices, table, which=which)
+    rested = rests.end == SlideEnd.REST
+    if rested.mean() < MIN_RESTED_SHARE:
+        return None
+    # The measured rest is the median of the last tenth of a second, some three rows.
+    measured = 0.0 if noise is None else np.hypot(noise.white / np.sqrt(2.0), noise.slow)
+    across, along = rests.x[rested].std(), rests.y[rested].std()
+    return float(np.hypot(across, measured)), float(np.hypot(along, measured))
+
+
+def _pairs(rng: np.random.Generator, rows: int) -> Floats:
+    """Independent Gaussian numbers of variance 1 whose mean is zero, (rows, SPREAD_ICES).
+
+    Ices come in pairs of opposite sign, neighbours in their list; these numbers are paired
+    differently.
+    """
+    half = rng.standard_normal((rows, SPREAD_ICES // 2))
+    return np.concatenate([half, -half], axis=1)
+
+
+def _line_covariance(t: Floats, noise: CoordinateNoise) -> Floats:
+    """Covariance of start [m] and speed [m/s] of a line fitted to noisy positions, (2, 2)."""
+    fit = np.linalg.pinv(np.column_stack([np.ones_like(t), t]))
+    apart = np.abs(t[:, None] - t[None, :])
+    alike = np.exp(-apart / noise.time) if noise.slow else np.zeros_like(apart)
+    of_rows = noise.white**2 * np.eye(len(t)) + noise.slow**2 * alike
+    return fit @ of_rows @ fit.T

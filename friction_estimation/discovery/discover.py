@@ -49,10 +49,10 @@ from friction_estimation.discovery.search.selection import (
     select,
 )
 from friction_estimation.discovery.tuning import (
+    CLEARLY_SEEN,
     LAST_STEPS,
     LEAST_GAIN,
     LEAST_THROWS,
-    SURPRISING_THROW,
 )
 
 
@@ -224,7 +224,7 @@ def search_session(
         rest = session.only(np.setdiff1d(np.arange(len(session)), odd))
         calm = _search(fit_with_noise(start, rest), rng, progress)
         alone = misfit_of(fit(calm.final.model, session.only(odd), calm.final.noise, shared=False))
-        if misfit_of(calm.final).white and (alone.surprise > SURPRISING_THROW).all():
+        if misfit_of(calm.final).white and (alone.surprise > CLEARLY_SEEN).all():
             return replace(calm, events=session.throws[odd].tolist())
     return found
 

@@ -10,7 +10,7 @@ from friction_estimation.discovery.model.fit import SessionFit, fit_to
 from friction_estimation.discovery.model.minimum import minimum_of
 from friction_estimation.discovery.search.patches import place_sides
 from friction_estimation.discovery.search.residuals import throw_tolerance_of
-from friction_estimation.discovery.tuning import EVENT_SHARE, MOST_EVENTS, SURPRISING_THROW
+from friction_estimation.discovery.tuning import CLEARLY_SEEN, EVENT_SHARE, MOST_EVENTS
 
 
 def exceptional_throws(best: SessionFit, session: Session) -> Indices:
@@ -30,7 +30,7 @@ def exceptional_throws(best: SessionFit, session: Session) -> Indices:
     dof = np.add.reduceat(values, session.starts[:-1]) * throw_tolerance_of(session)
     odd: list[int] = []
     excess = _excess_without(whole, odd, dof)
-    if excess < SURPRISING_THROW * np.sqrt(2.0 * dof.sum()):
+    if excess < CLEARLY_SEEN * np.sqrt(2.0 * dof.sum()):
         return np.empty(0, dtype=np.intp)
     for _ in range(max(1, int(MOST_EVENTS * len(session)))):
         others = [i for i in range(len(session)) if i not in odd]

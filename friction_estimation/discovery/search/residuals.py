@@ -12,7 +12,7 @@ from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.linearisation import gram_matrix
 from friction_estimation.discovery.model.minimum import project_out
 from friction_estimation.discovery.tuning import (
-    NOT_WHITE,
+    CLEARLY_SEEN,
     SLOWEST_NOISE_PERIOD,
     WHITE_RATIO,
     WHITE_RATIO_OF_FILM,
@@ -59,7 +59,7 @@ class Misfit:
     @property
     def white(self) -> bool:
         """Return whether noise alone explains them."""
-        return self.ratio < self.tolerated or self.z < NOT_WHITE
+        return self.ratio < self.tolerated or self.z < CLEARLY_SEEN
 
     @property
     def surprise(self) -> Floats:

@@ -49,13 +49,13 @@ def test_on_heavier_ice_predictions_fall_short_by_what_friction_takes(tracks, tr
     heavy = Ice.uniform(1.05 * MU, effects=true_ice.effects)
     for rethrow in compare_tracks(tracks, heavy).rethrows:
         run = rethrow.release.speed**2 / (2 * 9.80665 * MU)
-        assert rethrow.too_long == pytest.approx(-run * (1 - 1 / 1.05), rel=0.25)
+        assert rethrow.miss[1] == pytest.approx(-run * (1 - 1 / 1.05), rel=0.25)
 
 
 def test_without_the_curl_predictions_end_on_the_side_it_came_from(tracks):
     for rethrow in compare_tracks(tracks, Ice.uniform(MU)).rethrows:
         # A counter-clockwise stone curls left: the straight prediction ends right of it.
-        assert rethrow.too_far_left * np.sign(rethrow.release.omega) < -0.1
+        assert rethrow.miss[0] * np.sign(rethrow.release.omega) < -0.1
 
 
 def test_track_that_ends_early_has_no_rest_but_a_path(tracks, true_ice):
@@ -78,9 +78,9 @@ def test_stones_run_on_the_ice_that_those_before_wore(rng, felt, wear):
     ]
     gone = [track.xy[-1, 1] for track in tracks]
     assert gone[2] > gone[1] + 0.2 > gone[0] + 0.4
-    right = [abs(k.too_long) for k in compare_tracks(tracks, worn).rethrows]
+    right = [abs(k.miss[1]) for k in compare_tracks(tracks, worn).rethrows]
     assert max(right) < 0.15
-    unworn = [k.too_long for k in compare_tracks(tracks, Ice.uniform(MU)).rethrows]
+    unworn = [k.miss[1] for k in compare_tracks(tracks, Ice.uniform(MU)).rethrows]
     assert abs(unworn[0]) < 0.15
     assert unworn[2] < unworn[1] - 0.15 < unworn[0] - 0.3
 
@@ -144,15 +144,12 @@ def made_up(
 def test_errors_of_a_rest_are_reported_along_and_across_the_play():
     away = made_up()
     assert away.rest_error == pytest.approx(0.5)
-    assert away.too_long == pytest.approx(-0.4)
-    assert away.too_far_left == pytest.approx(-0.3)
+    assert away.miss == pytest.approx((-0.3, -0.4))
     home = made_up(direction=-1.0, rest=(0.1, -17.0), predicted_rest=(0.4, -16.6))
-    assert home.too_long == pytest.approx(-0.4)
-    assert home.too_far_left == pytest.approx(0.3)
-    assert made_up(path_error=0.02).path_rms == pytest.approx(0.02)
+    assert home.miss == pytest.approx((0.3, -0.4))
+    assert made_up(path_error=0.02).summary()["path_rms_m"] == pytest.approx(0.02)
     assert made_up(rest=None).rest_error is None
-    assert made_up(rest=None).too_long is None
-    assert made_up(rest=None).too_far_left is None
+    assert made_up(rest=None).miss is None
 
 
 def test_a_throw_in_numbers():
