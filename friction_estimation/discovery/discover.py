@@ -216,8 +216,8 @@ def search_session(
     if len(session) < LEAST_THROWS:
         return _too_few(everything)
     found = _search(everything, rng, progress)
-    if found.dependences and misfit_of(found.final).white:
-        return found  # the unknown leaves only noise: no throw is exceptional
+    if found.dependences:
+        return found  # an unknown that follows something shows in many throws, not in a few
     odd = exceptional_throws(found.selection.best, session)
     if len(odd) and len(session) - len(odd) >= LEAST_THROWS:
         # A single event must not distort the rest: the other throws are searched separately.

@@ -229,7 +229,7 @@ def fit(
     states = session.first_states.copy() if states is None else states.copy()
     ln_factors = np.zeros(len(session)) if ln_factors is None else ln_factors.copy()
     present: Point | None = None
-    damping = 1.0
+    damping, arrives = 1.0, False
     falls: list[float] = []
     for number in range(1, iterations + 1):
         # In too large a step stones may diverge until numbers overflow; such a step is rejected.
@@ -251,19 +251,21 @@ def fit(
             present = Point(states, linear, here)
             if arrived or here - (iterations - number) * falls[-1] > goal:
                 break
-        model, states, ln_factors = _step(present, session, damping, shared)
+        model, states, ln_factors, least = _step(present, session, damping, shared)
+        arrives = damping == 1.0 and _behind(linear) + here - least < CONVERGED
+        if arrives:
+            break
     assert present is not None
-    # The deviance assumes the best releases; those of the last point are one step behind.
-    _, states, ln_factors = _step(present, session, 1.0, False)
-    linear = present.linear
-    grams = _moved(linear.grams, states - present.states, ln_factors - linear.ln_factors)
+    # A step that hardly improves needs no other linearisation. Otherwise the releases take one: the
+    # deviance assumes the best, and those of the last point are one step behind.
+    model, states, ln_factors, least = _step(present, session, 1.0, arrives and shared)
     return SessionFit(
         session=session,
         noise=noise,
         states=states,
-        predicted=predict(linear.model, session, states, ln_factors),
-        linear=replace(linear, ln_factors=ln_factors, grams=grams),
-        deviance=present.deviance,
+        predicted=predict(model, session, states, ln_factors),
+        linear=_moved(present, model, states, ln_factors),
+        deviance=least,
     )
 
 
@@ -330,16 +332,26 @@ def _most_likely_spread(linear: Linearisation) -> float:
     return float(tried[int(np.argmin(values.sum(axis=1))), 0])
 
 
-def _moved(grams: Floats, state_step: Floats, factor_step: Floats) -> Floats:
-    """Gram matrices with the residuals that remain after a step of releases and ln factors."""
-    move = np.zeros((len(grams), grams.shape[1], 1))
-    move[:, :6, 0], move[:, 6, 0] = -state_step, -factor_step
-    out = grams.copy()
-    change = grams @ move
-    out[:, :, -1] += change[:, :, 0]
-    out[:, -1, :] += change[:, :, 0]
-    out[:, -1, -1] += (np.swapaxes(move, 1, 2) @ change)[:, 0, 0]
-    return out
+def _behind(linear: Linearisation) -> float:
+    """Fall of F that better releases and ln factors promise at a point."""
+    spread, grams = linear.model.spread, linear.grams
+    present = grams[:, -1, -1].sum()
+    if spread > 0.0:
+        present += ((linear.ln_factors / spread) ** 2).sum()
+    return float(present - linear.each()[0][:, -1, -1].sum())
+
+
+def _moved(point: Point, model: Model, states: Floats, ln_factors: Floats) -> Linearisation:
+    """Return the linearisation of a point with the residuals that remain after a step."""
+    before, grams = point.linear, point.linear.grams.copy()
+    move = np.zeros(grams.shape[:2])
+    move[:, :6], move[:, 6] = point.states - states, before.ln_factors - ln_factors
+    move[:, 7:-1] = before.model.vector - model.vector
+    change = np.einsum("kij,kj->ki", grams, move)
+    grams[:, :, -1] += change
+    grams[:, -1, :] += change
+    grams[:, -1, -1] += (move * change).sum(axis=1)
+    return Linearisation(model=model, ln_factors=ln_factors, grams=grams)
 
 
 def _part_of_the_way(model: Model, foreseen: Model, part: float) -> Model:
@@ -358,14 +370,17 @@ def _part_of_the_way(model: Model, foreseen: Model, part: float) -> Model:
 
 def _step(
     point: Point, session: Session, damping: float, shared: bool
-) -> tuple[Model, Floats, Floats]:
-    """Model, releases and ln factors after a step from a point."""
-    states, linear, _ = point
+) -> tuple[Model, Floats, Floats, float]:
+    """Model, releases and ln factors after a step from a point, and F to first order there."""
+    states, linear, least = point
     model, reduced, ln_factors = linear.model, linear.reduced, linear.ln_factors
     if shared:
-        spread, _ = profile_spread(reduced, ln_factors, linear.prior)
-        total = linear.each(spread)[0].sum(axis=0)
-        foreseen = profile_amplitudes(model, total)[0]
+        spread, least = profile_spread(reduced, ln_factors, linear.prior)
+        grams, log_terms = linear.each(spread)
+        total = grams.sum(axis=0)
+        foreseen, with_fields = profile_amplitudes(model, total)
+        if model.fields:
+            least = with_fields + float(log_terms.sum())
         whole = total + prior_gram(foreseen, len(total))
         model = _part_of_the_way(model, foreseen, damping)
         step = damping * bounded_step(whole, minimum_of(whole).step, model)
@@ -393,4 +408,4 @@ def _step(
     slowest = USUAL_SPIN - 2.0 * USUAL_SPIN_SIGMA
     spins = np.maximum(side * states[blind, State.OMEGA], slowest)
     states[blind, State.OMEGA] = side * spins
-    return replace(moved, spread=spread), states, ln_factors + shift
+    return replace(moved, spread=spread), states, ln_factors + shift, least

@@ -175,8 +175,9 @@ def _fill_in(law: Any, mu: Any, wear: Any, factor: float, throws: Any, throw: in
         passes = wear.passes[throws.ran[throw]]
         for i in range(passes.shape[0]):
             for j in range(passes.shape[1]):
-                worn = quick_exp(wear.along_path * passes[i, j])
-                law.mu[i, j] = factor * mu[i, j] * worn
+                law.mu[i, j] = factor * mu[i, j]
+                if passes[i, j] != 0.0:
+                    law.mu[i, j] *= quick_exp(wear.along_path * passes[i, j])
     pushes = throws.pushes
     if pushes.sizes.shape[0] > 0:
         begin, end = pushes.starts[throw], pushes.starts[throw + 1]

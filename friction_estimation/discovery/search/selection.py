@@ -181,7 +181,9 @@ def fit_with_noise(
 
 def try_term(fitted: SessionFit, term: Term) -> Trial:
     """Fit a candidate together with the model: its strength first, then its shape."""
-    trial = refit(fitted, fitted.model.with_terms(term))
+    # Below this gain its shape is not fitted, and it is of no use.
+    goal = fitted.deviance - GAIN_PER_PARAMETER
+    trial = refit(fitted, fitted.model.with_terms(term), goal=goal)
     if term.wears_map:
         trial = _on_own_cells(trial)
     later = [n for n in term.card.shape if n not in term.free]
@@ -252,13 +254,14 @@ def select(base: SessionFit, *, progress: Progress = no_progress) -> Selection:
     for number in range(MOST_ADDITIONS + 1):
         progress("comparing candidates", number, MOST_ADDITIONS + 1)
         scores = score_candidates(present, candidates(present.session, present.model.terms))
-        trials = best_trials(present, scores)
-        good = [t for t in trials if t.gain > t.needed]
         unknown = number >= MOST_EFFECTS and not misfit_of(present).white
-        if not good or unknown or number == MOST_ADDITIONS:
-            rounds.append(SelectionRound(scores=scores, trials=trials, chosen=""))
+        full = unknown or number == MOST_ADDITIONS
+        trials = [] if full else best_trials(present, scores)
+        good = [t for t in trials if t.gain > t.needed]
+        chosen = good[0].term.label if good else ""
+        rounds.append(SelectionRound(scores=scores, trials=trials, chosen=chosen))
+        if not good:
             break
-        rounds.append(SelectionRound(scores=scores, trials=trials, chosen=good[0].term.label))
         present = renew_map(refine(good[0].fit))
         present = prune(present, kept)
         noise = estimate_noise(present.session, present.residuals, start=present.noise)
