@@ -100,17 +100,9 @@ class GateComparison(NamedTuple):
 
 def _means(throws: Sequence[GateRethrow]) -> dict[str, Any]:
     """Means over throws in one direction."""
-    both = [
-        (one.kept, one.predicted_kept)
-        for one in throws
-        if one.kept is not None and one.predicted_kept is not None
-    ]
-    tees = [
-        (one.hog_to_tee_s, one.predicted_hog_to_tee_s)
-        for one in throws
-        if one.hog_to_tee_s is not None and one.predicted_hog_to_tee_s is not None
-    ]
-    kept, tee = np.array(both).reshape(-1, 2), np.array(tees).reshape(-1, 2)
+    kept = np.array([(one.kept, one.predicted_kept) for one in throws], dtype=float)
+    tee = np.array([(one.hog_to_tee_s, one.predicted_hog_to_tee_s) for one in throws], dtype=float)
+    kept, tee = (both[np.isfinite(both).all(axis=1)] for both in (kept, tee))
     off = kept[:, 0] - kept[:, 1]
     return {
         "throws": len(throws),
@@ -157,10 +149,7 @@ def compare_gate_times(tracks: Sequence[Trajectory], ice: Ice) -> GateComparison
 def write_gate_comparison(comparison: GateComparison, folder: Path) -> None:
     """Write `throws.csv` with a row per throw."""
     rows = [asdict(throw) for throw in comparison.rethrows]
-    write_table(
-        folder / "throws.csv",
-        {name: ["" if row[name] is None else row[name] for row in rows] for name in rows[0]},
-    )
+    write_table(folder / "throws.csv", {name: [row[name] for row in rows] for name in rows[0]})
 
 
 def _again(track: Trajectory, ice: Ice, order: int) -> tuple[GateRethrow, Floats]:

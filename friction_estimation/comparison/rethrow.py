@@ -290,10 +290,7 @@ def write_comparison(
         {**rethrow.summary(), **dict.fromkeys(names, ""), **noted.get(rethrow.throw, {})}
         for rethrow in comparison.rethrows
     ]
-    write_table(
-        folder / "throws.csv",
-        {name: ["" if row[name] is None else row[name] for row in rows] for name in rows[0]},
-    )
+    write_table(folder / "throws.csv", {name: [row[name] for row in rows] for name in rows[0]})
     paths = [
         np.column_stack([np.full(len(k.t), k.throw), k.t, k.measured, k.predicted])
         for k in comparison.rethrows

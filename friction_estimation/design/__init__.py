@@ -6,7 +6,9 @@ __getattr__, __dir__ = lazy_names(
     __name__,
     {
         "cramer_rao": ("throw_response", "uniform_bound"),
-        "design": ("Design", "ThrowKind", "design_throws", "draw_speeds"),
-        "greedy": ("Informative", "covariance_after", "variance_removed"),
+        "design": (
+            *("Design", "Informative", "ThrowKind"),
+            *("covariance_after", "design_throws", "draw_speeds", "variance_removed"),
+        ),
     },
 )

@@ -22,7 +22,6 @@ from curling_env.physics.motion import GRAVITY
 from curling_env.sheet import Sheet
 from curling_env.throw import Release
 from curling_env.typing import Floats, Indices
-from friction_estimation.design.matern import matern
 
 _TIME_STEP = 0.01
 """Step of the double integrals [s]."""
@@ -103,6 +102,21 @@ def throw_response(release: Release, *, mu: float, fps: float, sheet: Sheet) -> 
         response=_beyond_release(t[at], response[at]),
         crossed=np.unique(row * sheet.shape[1] + column),
     )
+
+
+def matern(distance: Floats, length: float, smoothness: float) -> Floats:
+    """Matérn correlation at distances.
+
+    Parameters
+    ----------
+    distance : distances between two places [m]
+    length : correlation length [m]
+    smoothness : order of the correlation: 1.5, 2.5 or infinity (Gaussian)
+    """
+    if smoothness == np.inf:
+        return np.exp(-0.5 * (distance / length) ** 2)
+    r = np.sqrt(2.0 * smoothness) * distance / length
+    return (1.0 + r + (r**2 / 3.0 if smoothness == 2.5 else 0.0)) * np.exp(-r)
 
 
 def field_covariance(

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from curling_env.errors import InputError
 from curling_env.physics.motion import GRAVITY
 from curling_env.sheet import HOG_LINE_Y, PAPER_SHEET, TEE_Y, Direction, Sheet
 from curling_env.throw import MAX_SPEED, Release, Throw
-from curling_env.typing import Flags, Floats, Progress, no_progress
+from curling_env.typing import Flags, Floats, Indices, Progress, no_progress
 from curling_env.units import FOOT, Units
 from curling_env.units import speed as speed_in
 from friction_estimation.design.cramer_rao import (
@@ -27,11 +27,6 @@ from friction_estimation.design.cramer_rao import (
     field_covariance,
     throw_response,
     uniform_bound,
-)
-from friction_estimation.design.greedy import (
-    Informative,
-    covariance_after,
-    variance_removed,
 )
 
 _MAX_THROWS = 200
@@ -255,3 +250,48 @@ def _informative_rows(throw: ThrowResponse, noise: float) -> Informative:
     _, size, across = np.linalg.svd(throw.response / noise, full_matrices=False)
     informed = size > 0.3  # a smaller one explains less than a tenth of the variance of any cell
     return Informative(throw.touched, size[informed, None] * across[informed])
+
+
+# --- next throw: the variance that it would remove ------------------------------------------------
+
+
+class Informative(NamedTuple):
+    """Information of one throw.
+
+    Parameters
+    ----------
+    touched : (t,) the unknowns that it depends on
+    rows : (r, t) what it measures of them, in units of the noise
+    """
+
+    touched: Indices
+    rows: Floats
+
+
+def variance_removed(
+    covariance: Floats, throw: Informative, counted: Indices, weights: Floats | None = None
+) -> float:
+    """Fall of the weighted sum of variances by one throw.
+
+    Parameters
+    ----------
+    covariance : (P, P) of the unknowns before it
+    throw : what it tells
+    counted : (c,) the unknowns whose variances count
+    weights : (c,) weights of these; all alike by default
+    """
+    across = covariance[np.ix_(counted, throw.touched)] @ throw.rows.T
+    removed = across * np.linalg.solve(_inner(covariance, throw), across.T).T
+    return float((removed if weights is None else weights[:, None] * removed).sum())
+
+
+def covariance_after(covariance: Floats, throw: Informative) -> Floats:
+    """Return the covariance of the unknowns after a throw, (P, P)."""
+    spreading = covariance[:, throw.touched] @ throw.rows.T
+    return covariance - spreading @ np.linalg.solve(_inner(covariance, throw), spreading.T)
+
+
+def _inner(covariance: Floats, throw: Informative) -> Floats:
+    """Covariance of what the throw measures, noise included."""
+    own = covariance[np.ix_(throw.touched, throw.touched)]
+    return np.eye(len(throw.rows)) + throw.rows @ own @ throw.rows.T

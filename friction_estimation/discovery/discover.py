@@ -12,12 +12,11 @@ from threadpoolctl import threadpool_limits
 from curling_env.errors import FitError, InputError
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Indices, Progress, no_progress, part_of_progress
+from curling_env.typing import Floats, Indices, Progress, no_progress, part_of_progress
 from friction_estimation.camera.scene import Scene
 from friction_estimation.discovery.data.references import Calibration, calibrations_of, corrected
 from friction_estimation.discovery.data.session import Session, open_session, refuse_too_many_cells
 from friction_estimation.discovery.evidence.confounding import Alternative, alternatives
-from friction_estimation.discovery.evidence.events import exceptional_throws
 from friction_estimation.discovery.evidence.hold_out import (
     ForecastGap,
     choose_held_out,
@@ -28,19 +27,19 @@ from friction_estimation.discovery.evidence.intervals import (
     common_errors,
     map_errors,
     standard_errors,
-    with_earlier_paths,
 )
 from friction_estimation.discovery.evidence.unknown.explanation import fit_beside
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
-from friction_estimation.discovery.model.fit import SessionFit, fit, singular_fit_refused
+from friction_estimation.discovery.model.fit import SessionFit, fit, fit_to, singular_fit_refused
+from friction_estimation.discovery.model.minimum import minimum_of
 from friction_estimation.discovery.naming import Named, name_effects
 from friction_estimation.discovery.search.maps import renew_map
 from friction_estimation.discovery.search.patches import place_sides
+from friction_estimation.discovery.search.residuals import throw_tolerance_of
 from friction_estimation.discovery.search.selection import (
     Selection,
     SelectionRound,
-    closure,
     fit_with_noise,
     misfit_of,
     refine,
@@ -50,9 +49,11 @@ from friction_estimation.discovery.search.selection import (
 )
 from friction_estimation.discovery.tuning import (
     CLEARLY_SEEN,
+    EVENT_SHARE,
     LAST_STEPS,
     LEAST_GAIN,
     LEAST_THROWS,
+    MOST_EVENTS,
 )
 
 
@@ -65,8 +66,7 @@ class Discovery(Named):
     session : all throws that slide freely, without those of `events`
     selection : how the effects were chosen, on the training throws
     final_base, seen : fits of baseline and improved model to all throws
-    final : the same of the improved model, for the files, with the unknown acting on the throws,
-        and with what errors of earlier stones' paths do to its parameters
+    final : the same of the improved model, for the files, with the unknown acting on the throws
     events : numbers of throws in which something happened once
     held_out : indices of the held-out throws in `session`
     gaps : forecast gaps ``before``, ``after`` and at the ``noise_floor``; empty without held-out
@@ -97,8 +97,9 @@ class Discovery(Named):
 
     @property
     def closure(self) -> float:
-        """Share of the slow misfit that the named effects explain."""
-        return closure(self.selection.before, self.after)
+        """Share of the slow misfit that the named effects explain; 1 where there was none."""
+        before = self.selection.before
+        return 1.0 if before.white else 1.0 - self.after.excess / before.excess
 
     def runner_up(self, label: str) -> dict[str, Any] | None:
         """Return the second-best candidate of the round in which an effect was chosen."""
@@ -216,8 +217,8 @@ def search_session(
     if len(session) < LEAST_THROWS:
         return _too_few(everything)
     found = _search(everything, rng, progress)
-    if found.dependences:
-        return found  # an unknown that follows something shows in many throws, not in a few
+    if found.dependences and misfit_of(found.final).white:
+        return found  # the unknown leaves only noise: no throw is exceptional
     odd = exceptional_throws(found.selection.best, session)
     if len(odd) and len(session) - len(odd) >= LEAST_THROWS:
         # A single event must not distort the rest: the other throws are searched separately.
@@ -281,7 +282,6 @@ def _search(everything: SessionFit, rng: np.random.Generator, progress: Progress
     progress("fitting all throws", 0.96)
     seen = _fit_all(found.fit, everything)
     final = fit_beside(seen, found.pushes) if found.pushes else seen
-    final = with_earlier_paths(final, rng)
     return Discovery(
         **vars(found),
         session=session,
@@ -311,3 +311,43 @@ def _fit_all(named: SessionFit, everything: SessionFit) -> SessionFit:
         iterations=LAST_STEPS,
     )
     return place_sides(renew_map(fitted))
+
+
+# --- single events, such as a pick, a touch or a lost track ---------------------------------------
+
+
+def exceptional_throws(best: SessionFit, session: Session) -> Indices:
+    """Return the indices of a few throws without which the others agree.
+
+    An exceptional throw would distort the fit of all others. Around the fit with all selected
+    effects, throws are excluded one by one, and the misfit of the others is compared with their
+    misfit before.
+
+    Parameters
+    ----------
+    best : fit of some of the throws with all selected effects
+    session : all throws
+    """
+    whole = place_sides(fit_to(best, session))
+    values = np.isfinite(session.observed).sum(axis=1)
+    dof = np.add.reduceat(values, session.starts[:-1]) * throw_tolerance_of(session)
+    odd: list[int] = []
+    excess = _excess_without(whole, odd, dof)
+    if excess < CLEARLY_SEEN * np.sqrt(2.0 * dof.sum()):
+        return np.empty(0, dtype=np.intp)
+    for _ in range(max(1, int(MOST_EVENTS * len(session)))):
+        others = [i for i in range(len(session)) if i not in odd]
+        odd.append(min(others, key=lambda i: _excess_without(whole, [*odd, i], dof)))
+        if _excess_without(whole, odd, dof) < (1.0 - EVENT_SHARE) * excess:
+            return np.sort(np.array(odd, dtype=np.intp))
+    return np.empty(0, dtype=np.intp)
+
+
+def _excess_without(whole: SessionFit, odd: list[int], dof: Floats) -> float:
+    """χ² of the other throws beyond its expectation, fitted without the exceptional ones."""
+    grams, _ = whole.linear.each()
+    others = np.setdiff1d(np.arange(len(grams)), odd)
+    step = minimum_of(grams[others].sum(axis=0) + whole.linear.prior).step
+    move = np.append(-step, 1.0)
+    chi2 = np.einsum("i,kij,j->k", move, grams[others], move)
+    return float(np.maximum(chi2 - dof[others], 0.0).sum())

@@ -103,14 +103,12 @@ def name_effects(
     progress("asking what the unknown follows", 0.8)
     # Friction that depends on another variable than the place may look like a map.
     explanation = explain(selection.best, own, beyond_map=not found.unknown)
-    if explanation is None or not (found.unknown or _depends_on_more_than_place(explanation)):
+    if explanation is None:
         return found
-    return _beside_unknown(found, explanation, selection)
-
-
-def _depends_on_more_than_place(explanation: Explanation) -> bool:
-    """Return whether friction depends on another variable than the place."""
-    return any((d.variable, d.push) not in OF_THE_PLACE for d in explanation.dependences)
+    follows = {(d.variable, d.push) for d in explanation.dependences}
+    if found.unknown or follows - OF_THE_PLACE:
+        return _beside_unknown(found, explanation, selection)
+    return found
 
 
 def _beside_unknown(found: Named, explanation: Explanation, selection: Selection) -> Named:

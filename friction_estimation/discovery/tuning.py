@@ -148,8 +148,8 @@ CLEARLY_OFF = 3.0
 """Minimum significance of a correction of the given model, or of the lengths or times of the tracks
 [standard errors]."""
 CLEARLY_SEEN = 5.0
-"""Minimum significance of an effect that would have been named, of paths that bend with the
-rotation, of residuals that are no noise, and of an exceptional throw [standard errors]."""
+"""Minimum significance of an effect that would have been named, of residuals that are no noise, and
+of an exceptional throw [standard errors]."""
 LEAST_ROWS = 20
 """Minimum number of rows of a series that is filtered."""
 LEAST_HEADINGS = 10

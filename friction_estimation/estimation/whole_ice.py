@@ -16,26 +16,36 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from curling_env.errors import InputError
-from curling_env.ice import Ice
+from curling_env.ice import ActiveEffect, FrictionMap, Ice
+from curling_env.physics.effects import catalogue
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Progress, no_progress, part_of_progress
+from curling_env.typing import Floats, Progress, no_progress, part_of_progress
 from friction_estimation.camera.scene import Scene
 from friction_estimation.discovery.data.gates import gate_slides
 from friction_estimation.discovery.data.session import Session, open_session, refuse_too_many_cells
 from friction_estimation.discovery.discover import Discovery, ice_of, search_session
+from friction_estimation.discovery.model.baseline import base_model, first_friction
+from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.fit import SessionFit, singular_fit_refused
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
+from friction_estimation.discovery.model.friction_field import (
+    crossed_by,
+    field_along,
+    fields_to_try,
+)
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.search.maps import renew_map
 from friction_estimation.discovery.search.ripple import RippleSearch, find_ripple
 from friction_estimation.discovery.search.selection import fit_with_noise
+from friction_estimation.discovery.tuning import MAP_SHAPES
 from friction_estimation.estimation.camera_bias import camera_bias_of
 from friction_estimation.estimation.estimate import Estimate
-from friction_estimation.estimation.start import believed_model, known_effects_model
 from friction_estimation.tracks.free_slide import free_slides
 
 EffectsChoice = Literal["all", "none"]
 CameraBiasChoice = Literal["auto", "off"]
+SIDEWAYS = "curl"
+"""Effect that bends paths: free in a fit of friction alone, and excluded from its result."""
 
 
 def estimate_ice(
@@ -163,3 +173,67 @@ def _estimate(
         camera_bias=None if search is None else camera_bias_of(search, fitted),
         discovery=discovery,
     )
+
+
+# --- models with which an estimate begins ---------------------------------------------------------
+
+
+def believed_model(start: Ice, session: Session, *, from_map: bool = False) -> Model:
+    """Return the usual model of a rink's ice: a map, and the effects of every ice.
+
+    Parameters
+    ----------
+    start : ice whose own effects take the place of the usual ones
+    session : throws that the model will be fitted to
+    from_map : whether the map of `start` holds, but for what has changed since
+    """
+    usual = tuple(
+        ActiveEffect(name=card.name, parameters=card.usual)
+        for card in catalogue().values()
+        if card.usual and start.effect(card.name) is None
+    )
+    ice = start if from_map else _level(start, session)
+    model = base_model(replace(ice, effects=(*start.effects, *usual)), session)
+    return _with_map(model, session, start if from_map else None)
+
+
+def known_effects_model(
+    start: Ice, session: Session, *, uniform: bool = False, from_map: bool = False
+) -> Model:
+    """Return the model of an ice with known effects and unknown friction.
+
+    Parameters
+    ----------
+    start : ice whose effects stay as they are
+    session, from_map : as of `believed_model`
+    uniform : whether the friction is one number
+    """
+    bends = start.effect(SIDEWAYS) is None
+    card = catalogue()[SIDEWAYS]
+    beside = (ActiveEffect(name=SIDEWAYS, parameters=card.usual),) if bends else ()
+    ice = start if from_map else _level(start, session)
+    model = base_model(replace(ice, effects=(*start.effects, *beside)), session)
+    held = tuple(
+        replace(term, free=card.first if bends and term.name == SIDEWAYS else (), beliefs={})
+        for term in model.terms
+    )
+    model = replace(model, terms=held)
+    return model if uniform else _with_map(model, session, start if from_map else None)
+
+
+def _level(start: Ice, session: Session) -> Ice:
+    """Return the ice with a single friction, roughly that of the throws."""
+    return replace(start, friction=FrictionMap.uniform(first_friction(session), start.sheet))
+
+
+def _with_map(model: Model, session: Session, before: Ice | None) -> Model:
+    """Return the model with a friction map, starting from an earlier ice if given."""
+    paths = [session.xy[session.rows(i)] for i in range(len(session))]
+    sheet = model.ice.sheet
+    if before is None:
+        field = field_along(sheet, crossed_by(sheet, paths), *MAP_SHAPES[2])
+    else:
+        known: Floats = np.ravel(before.friction.sigma / before.friction.mu)
+        tried = fields_to_try(sheet, paths, known)
+        field = tried[len(tried) // 2]
+    return model.with_terms(Term(card=MAP_CARD, map_field=field))

@@ -68,10 +68,8 @@ def throw_rows(
         return [getattr(notes.get(one.throw, ThrowNote()), name) for one in throws]
 
     columns: list[tuple[str, list[str], bool]] = [
-        ("throw", [str(one.throw) for one in throws], True)
-    ]
-    columns += [(name, noted(name), False) for name in NOTED if name != "note"]
-    columns += [
+        ("throw", [str(one.throw) for one in throws], True),
+        *((name, noted(name), False) for name in NOTED if name != "note"),
         ("back to hog", [_seconds(one.back_to_hog) for one in throws], True),
         ("hog to hog", [_seconds(one.hog_to_hog) for one in throws], True),
         ("hog to tee", [_seconds(one.hog_to_tee) for one in throws], True),
@@ -81,12 +79,16 @@ def throw_rows(
             True,
         ),
         ("handle", [handle_of(one) for one in throws], False),
-        ("turns", [_plain(one.turns, "{:.1f}") for one in throws], True),
+        (
+            "turns",
+            [NOT_SEEN if one.turns is None else f"{one.turns.value:.1f}" for one in throws],
+            True,
+        ),
         ("line", [_side(one.line, units, errors) for one in throws], False),
         ("curl", [_side(one.curl, units, errors, positive="left") for one in throws], False),
         ("rest", [rest_of(one, units, short=True) for one in throws], False),
+        ("note", noted("note"), False),
     ]
-    columns.append(("note", noted("note"), False))
     columns = [
         column for column in columns if any(cell not in ("", NOT_SEEN) for cell in column[1])
     ]
@@ -159,25 +161,20 @@ def write_measures(
     """
     rows = [one.as_dict() for one in throws]
     names = list(ThrowMeasures(throw=0, stone=0, clock=0.0, direction=Direction.AWAY).as_dict())
-    columns: dict[str, list[Any]] = {
-        name: [np.nan if row[name] is None else row[name] for row in rows] for name in names
-    }
+    columns: dict[str, list[Any]] = {name: [row[name] for row in rows] for name in names}
     for name in NOTED:
         cells = [getattr(notes.get(one.throw, ThrowNote()), name) for one in throws]
         if any(cells):
             columns["stone_name" if name == "stone" else name] = list(cells)
-    columns |= {name: _blank(cells) for name, cells in others.items()}
+    columns |= {name: list(cells) for name, cells in others.items()}
     write_table(path, {name: _column(cells) for name, cells in columns.items()})
 
 
-def _blank(cells: Sequence[object]) -> list[Any]:
-    """Cells with an empty one where there is nothing."""
-    blank: Any = "" if any(isinstance(cell, str) for cell in cells) else np.nan
-    return [blank if cell is None else cell for cell in cells]
-
-
 def _column(cells: list[Any]) -> list[Any]:
-    return [round(cell, 5) if isinstance(cell, float) else cell for cell in cells]
+    """Cells with rounded numbers, and with an empty text where a column of text has none."""
+    blank = "" if any(isinstance(cell, str) for cell in cells) else None
+    rounded = [round(cell, 5) if isinstance(cell, float) else cell for cell in cells]
+    return [blank if cell is None else cell for cell in rounded]
 
 
 def as_text(rows: ThrowRows) -> str:
@@ -248,7 +245,6 @@ def throw_in_words(one: ThrowMeasures, units: Units | None = None) -> str:
 
 def curl_in_words(throws: Sequence[ThrowMeasures], units: Units | None = None) -> list[str]:
     """Describe the curl of draws, by handle; empty where no draw came to rest near the house."""
-    sentences: list[str] = []
     parts: list[str] = []
     for sign, name in ((-1, "in-turn"), (1, "out-turn")):
         curls = [
@@ -264,14 +260,9 @@ def curl_in_words(throws: Sequence[ThrowMeasures], units: Units | None = None) -
             spread = f" (from {length(min(curls), units)} to {length(max(curls), units)})"
             count = "one draw" if len(curls) == 1 else f"{len(curls)} draws"
             mean = float(np.mean(curls))
-            with_spin = "" if mean >= 0 else " against its turn"
-            parts.append(
-                f"{name} {length(mean, units)}{with_spin} in {count}"
-                f"{spread if len(curls) > 1 else ''}"
-            )
-    if parts:
-        sentences.append(f"Curl of draws into or near the house: {'; '.join(parts)}.")
-    return sentences
+            way = "" if mean >= 0 else " against its turn"
+            parts.append(f"{name} {length(mean, units)}{way} in {count}{spread * (len(curls) > 1)}")
+    return [f"Curl of draws into or near the house: {'; '.join(parts)}."] if parts else []
 
 
 def _errors(throws: Sequence[ThrowMeasures]) -> str:
@@ -295,10 +286,6 @@ def _seconds(value: Measured | None) -> str:
     # Times are shown to hundredths only if they are known to hundredths.
     digits = 2 if value.sigma is None or value.sigma < 0.02 else 1
     return f"{value.value:.{digits}f} s"
-
-
-def _plain(value: Measured | None, form: str) -> str:
-    return NOT_SEEN if value is None else form.format(value.value)
 
 
 def _side(

@@ -82,16 +82,4 @@ def without_outliers(track: Trajectory, contacts: Sequence[float] = ()) -> Traje
             fast = fast_series(track.t[known], theta[known])
             limit = OUTLIER_DEVIATIONS * max(robust_deviation(fast), LEAST_TRACK_NOISE[1])
             theta[known[np.abs(fast) > limit]] = np.nan
-    columns = {
-        name: getattr(track, name)[keep]
-        for name in ("sigma_xy", "sigma_theta")
-        if getattr(track, name).size
-    }
-    return replace(
-        track,
-        t=track.t[keep],
-        xy=track.xy[keep],
-        theta=theta[keep],
-        swept=track.swept[keep],
-        **columns,
-    )
+    return replace(track, theta=theta).only(keep)

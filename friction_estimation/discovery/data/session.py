@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,10 +36,8 @@ from friction_estimation.discovery.data.outliers import (
     robust_deviation,
     without_outliers,
 )
-from friction_estimation.discovery.data.unknown_pushes import UnknownPushes
 from friction_estimation.discovery.data.wear_tracks import WearTracks, smoothed_path
 from friction_estimation.discovery.tuning import (
-    CLEARLY_SEEN,
     FORECAST_SECONDS,
     HIGHEST_FRAME_RATE,
     LEAST_HEADINGS,
@@ -71,6 +70,44 @@ AT_HOG_LINE = 0.05
 OF_THROWS = ("throws", "orders", "stones", "clocks", "rests", "usual_spins")
 OF_ROWS = ("times", "xy", "theta", "swept", "sigma")
 """Columns of a session with an entry for each throw, and for each row."""
+
+
+class UnknownPushes(NamedTuple):
+    """Pushes at regular times of every throw, from its release on, interpolated linearly.
+
+    Parameters
+    ----------
+    sizes : (n, 4) change of ln μ; acceleration to the left of the travel and along the sheet's x
+        [m/s²]; acceleration of the spin [rad/s²]
+    starts : (k + 1,) where each throw begins; none has fewer than two times
+    spacing : (k,) time between two of them [s]
+    """
+
+    sizes: Floats
+    starts: Indices
+    spacing: Floats
+
+    def only(self, chosen: Indices) -> UnknownPushes:
+        """Those of some throws."""
+        parts = [self.sizes[self.starts[i] : self.starts[i + 1]] for i in chosen.tolist()]
+        counts = np.diff(self.starts)[chosen]
+        return UnknownPushes(
+            np.concatenate([*parts, self.sizes[:0]]),
+            np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
+            self.spacing[chosen],
+        )
+
+    def at(self, i: int, times: Floats) -> Floats:
+        """Return the pushes of the i-th throw at some times, (n, 4)."""
+        own = self.sizes[self.starts[i] : self.starts[i + 1]]
+        known = self.spacing[i] * np.arange(len(own))
+        return np.column_stack([np.interp(times, known, column) for column in own.T])
+
+
+def no_pushes(throws: int) -> UnknownPushes:
+    """Return pushes of zero for a number of throws."""
+    starts = np.zeros(throws + 1, dtype=np.intp)
+    return UnknownPushes(np.zeros((0, 4)), starts, np.ones(throws))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -217,43 +254,17 @@ class Session:
         known = np.isfinite(self.theta).astype(int)
         return np.add.reduceat(known, self.starts[:-1]) > LEAST_HEADINGS
 
-    def with_usual_spins(self) -> Session:
-        """Return the session with assumed spins for throws without headings.
-
-        A stone is assumed to turn to the side to which its path bends, if the paths of throws with
-        measured rotation clearly do.
-        """
-        bends, sides = self._lateral_accelerations, np.zeros(len(self))
-        for i in range(len(self)):
-            theta = self.theta[self.rows(i)]
-            known = np.flatnonzero(np.isfinite(theta))
-            sides[i] = np.sign(theta[known[-1]] - theta[known[0]]) if len(known) > 1 else 0.0
-        with_turn = (bends * sides)[self.turns]
-        spins = np.full(len(self), USUAL_SPIN)
-        if len(with_turn) > 2:
-            error = float(with_turn.std()) / np.sqrt(len(with_turn))
-            if abs(with_turn.mean()) > CLEARLY_SEEN * error:
-                spins = np.where(bends * with_turn.mean() < 0, -USUAL_SPIN, USUAL_SPIN)
-        return replace(self, usual_spins=spins)
-
     def with_spins_from_curvature(self) -> Session:
         """Return the session with stones assumed to turn to the side to which their paths bend.
 
         This is for throws without headings on ice that is known to curl.
         """
-        return replace(
-            self, usual_spins=np.where(self._lateral_accelerations < 0, -USUAL_SPIN, USUAL_SPIN)
-        )
-
-    @cached_property
-    def _lateral_accelerations(self) -> Floats:
-        """Acceleration of each throw to the left of its travel, (k,) [m/s²]."""
         bends = np.zeros(len(self))
-        for i in range(len(self)):
-            t, xy = self.times[self.rows(i)], self.xy[self.rows(i)]
-            travel = (xy[-1] - xy[0]) / max(float(np.hypot(*(xy[-1] - xy[0]))), 1e-9)
-            bends[i] = np.polyfit(t, xy @ np.array([-travel[1], travel[0]]), 2)[0]
-        return bends
+        for i, rows in enumerate(map(self.rows, range(len(self)))):
+            t, xy = self.times[rows], self.xy[rows]
+            x, y = xy[-1] - xy[0]
+            bends[i] = np.polyfit(t, xy @ np.array([-y, x]), 2)[0]
+        return replace(self, usual_spins=np.where(bends < 0, -USUAL_SPIN, USUAL_SPIN))
 
     def without_rows(self, dropped: Flags) -> Session:
         """Return the session without some rows; the first row of a throw must stay."""
@@ -374,7 +385,7 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
         wear_tracks=WearTracks.of(
             (order_of[track.throw], smoothed_path(track.t, track.xy)) for track in on_sheet
         ),
-    ).with_usual_spins()
+    )
 
 
 def _orders(tracks: Sequence[Trajectory]) -> dict[int, int]:

@@ -9,16 +9,11 @@ would be too narrow). A standard error is the half-width of the central 95 % of 
 
 The sides of a patch along the sheet are placed by a scan (`place_sides`); other places that fit as
 well are averaged over in the same way.
-
-If wear follows the paths of stones, a throw depends on the measured paths of earlier ones, whose
-errors are common to all later throws and not part of the noise of single throws. These errors are
-drawn several times from the noise of the tracks, and the parameters are fitted again each time
-(multiple imputation).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -26,14 +21,9 @@ from scipy.stats import norm
 
 from curling_env.ice_form import LevelError
 from curling_env.typing import Floats
-from friction_estimation.discovery.data.outliers import slow_basis
-from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.data.wear_tracks import SMOOTHED_PERIODS, WearTracks
 from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.minimum import minimum_of
-from friction_estimation.discovery.model.model import GLOBALS, predict
-from friction_estimation.discovery.model.noise import SessionNoise
-from friction_estimation.discovery.model.response import MEASURED
+from friction_estimation.discovery.model.model import GLOBALS
 from friction_estimation.discovery.search.patches import scan_side, sides_along
 from friction_estimation.discovery.tuning import (
     LEAST_THROWS_FOR_SPREAD,
@@ -71,7 +61,7 @@ def mixture(fitted: SessionFit) -> Mixture:
         spreads=spreads,
         weights=weights_of(levels, spreads),
         steps=found.step,
-        covariances=found.covariance + (0.0 if fitted.by_paths is None else fitted.by_paths),
+        covariances=found.covariance,
     )
 
 
@@ -225,51 +215,3 @@ def with_sides(
             if name[0] == label:
                 out[name] = float(np.hypot(out[name], np.sqrt(moved)))
     return out
-
-
-DRAWS = 8
-"""Number of draws of the paths: a standard deviation is then known to a quarter."""
-
-
-def with_earlier_paths(fitted: SessionFit, rng: np.random.Generator) -> SessionFit:
-    """Return a fit that includes the effect of errors of earlier paths on its parameters.
-
-    Parameters
-    ----------
-    fitted : fit, with wear along paths or without
-    rng : source of the errors
-    """
-    model, session = fitted.model, fitted.session
-    if not any(term.follows_paths for term in model.terms):
-        return fitted
-    at = fitted.states, fitted.ln_factors
-    steps: list[Floats] = []
-    for _ in range(DRAWS):
-        moved = replace(session, wear_tracks=_moved(session, fitted.noise, rng))
-        shift = predict(model, moved, *at) - predict(model, session, *at)
-        linear = fitted.linear_in(model, fitted.columns, shift[:, MEASURED])
-        linear = replace(linear, ln_factors=np.zeros(len(session)))
-        total = linear.total(fitted.only_spread)
-        total[:, -1] -= linear.prior[:, -1]  # the parameters depend on the shift alone
-        steps.append(minimum_of(total).step)
-    return replace(fitted, by_paths=np.mean([np.outer(s, s) for s in steps], axis=0))
-
-
-def _moved(session: Session, noise: SessionNoise, rng: np.random.Generator) -> WearTracks:
-    """Return the paths of a session with new measurement errors.
-
-    Those of excluded throws stay, because their noise is unknown.
-    """
-    tracks = session.wear_tracks
-    throws = {order: i for i, order in enumerate(session.orders.tolist())}
-    paths: list[Floats] = []
-    for order, path in zip(tracks.orders.tolist(), tracks.paths, strict=True):
-        if order in throws:
-            rows = session.rows(throws[order])
-            t, xy = session.times[rows], session.xy[rows]
-            basis = slow_basis(t, SMOOTHED_PERIODS[0])
-            errors = basis @ np.linalg.lstsq(basis, noise.drawn(t, rng))[0]
-            nearest = [int(np.hypot(*(xy - point).T).argmin()) for point in path]
-            path = path + errors[nearest]
-        paths.append(path)
-    return WearTracks(orders=tracks.orders, paths=tuple(paths))

@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 
 from curling_env.sheet import Direction
 from curling_env.typing import Floats, Indices
-from friction_estimation.design.greedy import (
+from friction_estimation.design.design import (
     Informative,
     covariance_after,
     variance_removed,

@@ -18,7 +18,7 @@ from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.linearisation import FROZEN, release_roots, release_steps
 from friction_estimation.discovery.model.model import GLOBALS, Model
 from friction_estimation.discovery.model.noise import SessionNoise
-from friction_estimation.discovery.model.whitening import whiten_session
+from friction_estimation.discovery.model.whitening import whiten_throw
 from friction_estimation.discovery.tuning import RELEASE_SIGMA, USUAL_SPIN_SIGMA
 
 DRAWS = 2000
@@ -146,10 +146,8 @@ def log_variances(session: Session, noise: SessionNoise) -> Floats:
     out = np.empty(len(session))
     for i in range(len(session)):
         rows = session.rows(i)
-        count = np.array([0, rows.stop - rows.start])
-        out[i] = whiten_session(
-            empty[rows].copy(), session.times[rows], session.sigma[rows], count, table, work
-        )
+        own = empty[rows].copy()
+        out[i] = whiten_throw(own, session.times[rows], session.sigma[rows], table, work)
     return out
 
 

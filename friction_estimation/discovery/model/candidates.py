@@ -83,11 +83,6 @@ class Term:
         return self.variant is not None and self.variant.parameter == "along_path"
 
     @property
-    def follows_paths(self) -> bool:
-        """Return whether it acts where earlier stones have run."""
-        return any(self.values.get(name, 0.0) != 0.0 for name in ("along_path", "under_contacts"))
-
-    @property
     def at_a_limit(self) -> bool:
         """Return whether a strength exceeds that of any ice, as when it absorbs another effect."""
         return any(

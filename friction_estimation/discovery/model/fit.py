@@ -65,9 +65,6 @@ class SessionFit:
     predicted : (rows, 6) states at the measured times, as the camera sees them
     linear : the session, linear around the fit, with the fitted model
     deviance : F, which is −2 ln likelihood up to a constant of the data and the noise
-    by_paths : (P, P) covariance of the shared parameters by errors of the paths of earlier stones,
-        in addition to that by their own noise; None where it was not asked for, or nothing follows
-        paths
     only_spread : the one spread of ln μ between throws at which `linear` holds; None where it holds
         at any
     """
@@ -78,7 +75,6 @@ class SessionFit:
     predicted: Floats
     linear: Linearisation
     deviance: float
-    by_paths: Floats | None = None
     only_spread: float | None = None
 
     @property
@@ -383,7 +379,7 @@ def _step(
             least = with_fields + float(log_terms.sum())
         whole = total + prior_gram(foreseen, len(total))
         model = _part_of_the_way(model, foreseen, damping)
-        step = damping * bounded_step(whole, minimum_of(whole).step, model)
+        step = damping * bounded_step(minimum_of(whole), model)
     else:
         spread, step = model.spread, np.zeros(len(model.vector))
     vector = model.vector

@@ -39,7 +39,7 @@ from curling_env.physics.step import Workspace, new_workspace
 from curling_env.physics.surroundings import Limits
 from curling_env.physics.tuning import StepControl
 from curling_env.typing import Floats, Indices
-from friction_estimation.discovery.data.unknown_pushes import UnknownPushes
+from friction_estimation.discovery.data.session import UnknownPushes
 
 STEPS = StepControl(
     target_error=1e-6,

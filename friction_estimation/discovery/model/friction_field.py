@@ -19,7 +19,7 @@ from scipy.spatial.distance import cdist
 from curling_env.physics.effects import EffectCard
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Indices
-from friction_estimation.design.matern import matern
+from friction_estimation.design.cramer_rao import matern
 from friction_estimation.discovery.model.gaussian_field import GaussianField
 from friction_estimation.discovery.tuning import (
     LOG_MAP_SD_SPREAD,

@@ -24,7 +24,7 @@ from scipy.linalg import eigh
 
 from curling_env.sheet import TEE_Y
 from curling_env.typing import Floats
-from friction_estimation.design.matern import matern
+from friction_estimation.design.cramer_rao import matern
 from friction_estimation.discovery.data.gates import GateErrors
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.tuning import (

@@ -31,28 +31,21 @@ from friction_estimation.discovery.model.quadratic import (
     profile_amplitudes,
     profile_spread,
 )
-from friction_estimation.discovery.model.whitening import whiten_session
+from friction_estimation.discovery.model.whitening import whiten_throw
 from friction_estimation.discovery.tuning import RELEASE_SIGMA, USUAL_SPIN_SIGMA
 
 
-def gram_matrices(session: Session, noise: SessionNoise, columns: Iterable[Floats]) -> Floats:
-    """Whitened Gram matrices of each throw, (k, m, m).
+def gram_matrix(session: Session, noise: SessionNoise, i: int, columns: Floats) -> Floats:
+    """Whitened Gram matrix of the i-th throw, (m, m).
 
     Parameters
     ----------
     session, noise : throws, and the noise that whitens
-    columns : (n, 3, m) for each throw, values for x, y and theta; the last column is NaN where
-        nothing was measured
+    columns : (n, 3, m) values for x, y and theta; the last column is NaN where nothing was measured
     """
-    return np.array([gram_matrix(session, noise, i, each) for i, each in enumerate(columns)])
-
-
-def gram_matrix(session: Session, noise: SessionNoise, i: int, columns: Floats) -> Floats:
-    """Return the same of the i-th throw alone, (m, m)."""
     rows, m = session.rows(i), columns.shape[2]
     work = np.array(columns, order="C")
-    times, sigma = session.times[rows], session.sigma[rows]
-    whiten_session(work, times, sigma, np.array([0, len(work)]), noise.table(), np.empty(m))
+    whiten_throw(work, session.times[rows], session.sigma[rows], noise.table(), np.empty(m))
     flat = work.reshape(-1, m)
     return flat.T @ flat
 
@@ -158,7 +151,7 @@ class Linearisation:
         columns : (n, 3, 7 + P + 1) for each throw, derivatives of x, y and heading, as of
             `sensitivities`, and what is left of them, NaN where not measured
         """
-        grams = gram_matrices(session, noise, columns)
+        grams = np.array([gram_matrix(session, noise, i, each) for i, each in enumerate(columns)])
         # Without a heading only the last metres show the spin, which reduces the drag of the band.
         blind = ~session.turns
         off = (session.usual_spins[blind] - states[blind, State.OMEGA]) / USUAL_SPIN_SIGMA

@@ -15,8 +15,7 @@ from curling_env.physics.state import State
 from curling_env.physics.wear import wear_along_path, wear_under_contacts
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Indices
-from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.data.unknown_pushes import no_pushes
+from friction_estimation.discovery.data.session import Session, no_pushes
 from friction_estimation.discovery.data.wear_tracks import wear_refinement
 from friction_estimation.discovery.model.candidates import Belief, Term
 from friction_estimation.discovery.model.forward import (

@@ -118,15 +118,6 @@ class SessionNoise:
         """
         return self.remembers and max(self.memory[:2]) > MEMORY_BOUNDS[1]
 
-    def drawn(self, t: Floats, rng: np.random.Generator) -> Floats:
-        """Draw errors of x and y at some times (n,) from this noise, (n, 2) [m]."""
-        white = rng.normal(size=(len(t), 2)) * self.white[:2]
-        slow = rng.normal(size=(len(t), 2)) * self.fading[:2]
-        kept = np.exp(-np.diff(t)[:, None] / np.maximum(self.memory[:2], 1e-9))
-        for i, part in enumerate(kept, start=1):
-            slow[i] = part * slow[i - 1] + np.sqrt(1.0 - part**2) * slow[i]
-        return white + slow
-
     def table(self) -> Floats:
         """Columns white, fading and memory; rows x, y and theta; (3, 3), for the kernel."""
         return np.ascontiguousarray(np.array([self.white, self.fading, self.memory]).T)

@@ -7,9 +7,10 @@ frictions and the amplitudes of Gaussian fields are profiled.
 from __future__ import annotations
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from curling_env.typing import Floats
-from friction_estimation.discovery.model.minimum import minimum_of, projected
+from friction_estimation.discovery.model.minimum import Minimum, minimum_of, projected
 from friction_estimation.discovery.model.model import GLOBALS, Model
 from friction_estimation.discovery.tuning import COUPLING_SIGMA, SPREADS
 
@@ -126,31 +127,18 @@ def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
     return best
 
 
-def bounded_step(total: Floats, step: Floats, model: Model) -> Floats:
-    """Return the step within the parameters' bounds: parameters at a bound stop there, and the
-    others adapt.
+def bounded_step(least: Minimum, model: Model) -> Floats:
+    """Return the best step within the parameters' bounds, (P,).
 
     Parameters
     ----------
-    total : (P + 1, P + 1) Gram matrix of the shared parameters and the residual, priors included
-    step : (P,) step that takes no notice of bounds
+    least : minimum of the quadratic in the shared parameters, without bounds
     model : model that has the bounds
     """
-    vector = model.vector
+    step, scale, vector = least.step, least.scale, model.vector
     low, high = (bound - vector for bound in model.bounds)
-    stopped = np.zeros(len(step), dtype=bool)
-    for _ in range(len(step)):
-        outside = ((step < low) | (step > high)) & ~stopped
-        if not outside.any():
-            break
-        stopped |= outside
-        step = np.clip(step, low, high)
-        free = ~stopped
-        right = total[:-1, -1] - total[:-1, :-1] @ np.where(stopped, step, 0.0)
-        kept = np.append(free, True)
-        part = total[np.ix_(kept, kept)].copy()
-        part[:-1, -1] = part[-1, :-1] = right[free]
-        step[free] = minimum_of(part).step if free.any() else 0.0
+    if ((step < low) | (step > high)).any():
+        step = scale * lsq_linear(least.root.T, least.half, (low / scale, high / scale)).x
     return np.clip(step, low, high)
 
 

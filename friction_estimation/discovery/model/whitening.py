@@ -86,35 +86,20 @@ def restricted_square(gram: Any) -> float:
 
 
 @compiled
-def whiten_session(
-    columns: Any, times: Any, sigma: Any, starts: Any, table: Any, state: Any
-) -> float:
-    """Whiten columns of x, y, theta throw by throw, in place.
+def whiten_throw(columns: Any, times: Any, sigma: Any, table: Any, state: Any) -> float:
+    """Whiten columns (n, 3, m) of x, y, theta of a throw in place; returns Σ log variance.
 
     Rows whose last column is NaN (no heading) become zero and are not counted.
 
     Parameters
     ----------
-    columns : (rows, 3, m)
-    times, sigma, starts : as of `Session`
+    times, sigma : (n,), (n, 2) of its rows, as of `Session`
     table : (3, 3) from `SessionNoise.table`
     state : (m,) working memory
-
-    Returns
-    -------
-    Σ log variance of the innovations
     """
     total = 0.0
-    for i in range(starts.shape[0] - 1):
-        first, last = starts[i], starts[i + 1]
-        for channel in range(3):
-            total += whiten_series(
-                columns[first:last, channel, :],
-                times[first:last],
-                sigma[first:last, channel // 2],
-                table[channel, 0],
-                table[channel, 1],
-                table[channel, 2],
-                state,
-            )
+    for channel in range(3):
+        white, fading, memory = table[channel]
+        own = columns[:, channel, :]
+        total += whiten_series(own, times, sigma[:, channel // 2], white, fading, memory, state)
     return total

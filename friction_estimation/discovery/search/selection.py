@@ -139,11 +139,6 @@ class Selection:
     rounds: list[SelectionRound]
 
 
-def closure(before: Misfit, after: Misfit) -> float:
-    """Part of the slow misfit that was closed; 1 where there was none."""
-    return 1.0 if before.white else 1.0 - after.excess / before.excess
-
-
 def fit_with_noise(
     model: Model,
     session: Session,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import gamma, kv
 
-from friction_estimation.design.matern import matern
+from friction_estimation.design.cramer_rao import matern
 
 AT = np.array([0.05, 0.4, 1.0, 2.5, 7.0])
 

@@ -14,7 +14,6 @@ from curling_env.sheet import PAPER_SHEET, TEE_Y, Direction
 from friction_estimation.discovery import Dependence, Term, remarks, sentence, verdict
 from friction_estimation.discovery.evidence.trial_throws import TrialThrow, in_words
 from friction_estimation.discovery.search.residuals import Misfit
-from friction_estimation.discovery.search.selection import closure
 
 STRENGTH = "curl", "strength"
 EXPONENT = "curl", "speed_exponent"
@@ -97,8 +96,6 @@ def test_misfit_is_what_is_left_beyond_noise():
     assert not misfit.white
     noise = Misfit(chi2=np.array([21.0, 31.0]), dof=np.array([20.0, 30.0]))
     assert noise.white
-    assert closure(misfit, noise) == pytest.approx(1.0 - 2.0 / 80.0)
-    assert closure(noise, misfit) == 1.0
     # Many rows prove a small excess, and few rows prove no large one.
     many = Misfit(chi2=np.array([2300.0]), dof=np.array([2000.0]))
     assert many.z > 4.0

@@ -12,7 +12,7 @@ import numpy as np
 from curling_env.physics.effects.card import Push
 from curling_env.physics.state import State
 from curling_env.typing import Floats
-from friction_estimation.discovery.data.unknown_pushes import UnknownPushes
+from friction_estimation.discovery.data.session import UnknownPushes
 from friction_estimation.discovery.model.response import LinearisedPaths
 from friction_estimation.discovery.tuning import LARGEST_LN_FACTOR
 

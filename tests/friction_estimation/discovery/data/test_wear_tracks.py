@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics import slides_in_turn, wear_along_path, with_wear_in_map
@@ -23,7 +24,6 @@ from friction_estimation.discovery import (
     nearby,
     open_session,
     refit,
-    standard_errors,
 )
 from friction_estimation.discovery.data.wear_tracks import (
     LONGEST_PATH,
@@ -31,7 +31,6 @@ from friction_estimation.discovery.data.wear_tracks import (
     smoothed_path,
     wear_refinement,
 )
-from friction_estimation.discovery.evidence.intervals import with_earlier_paths
 
 ALONG = -0.012
 LABEL = "pebble_wear[along_path]"
@@ -89,8 +88,11 @@ def test_what_goes_further_than_a_stone_can_leaves_no_wear_track(rng):
 
 def test_a_path_is_known_better_than_its_rows(rng):
     (clean,) = play(Ice.uniform(0.009), rng, throws=1, sigma=0.0, scatter=0.0)
-    noise = SessionNoise(white=(3e-3, 3e-3, 0.0), fading=(3e-3, 3e-3, 0.0), memory=(0.2, 0.2, 0.2))
-    seen = clean.xy + noise.drawn(clean.t, rng)
+    # White noise of 3 mm, and as much with a memory of three rows.
+    slow = lfilter(
+        [np.sqrt(1 - np.exp(-2 / 3))], [1, -np.exp(-1 / 3)], rng.normal(size=clean.xy.shape), 0
+    )
+    seen = clean.xy + 3e-3 * (slow + rng.normal(size=clean.xy.shape))
     smooth = smoothed_path(clean.t, seen)
     aside, jitter = (smooth - clean.xy)[:, 0].std(), (seen - clean.xy)[:, 0].std()
     assert aside < 0.7 * jitter
@@ -110,20 +112,6 @@ def worn_fit(rng):
     wear = next(t for t in candidates(session) if t.label == "pebble_wear[under_contacts]")
     noise = SessionNoise(white=(2e-3, 2e-3, 0.02), fading=(3e-3, 3e-3, 0.0), memory=(0.3, 0.3, 0.1))
     return fit(model.with_terms(wear), session, noise)
-
-
-def test_errors_of_earlier_paths_make_wear_less_sure(worn_fit):
-    label = "pebble_wear[under_contacts]", "under_contacts"
-    place = worn_fit.model.names.index(label)
-    doubled = replace(worn_fit.noise, white=(4e-3, 4e-3, 0.04), fading=(6e-3, 6e-3, 0.0))
-    fits = worn_fit, replace(worn_fit, noise=doubled)
-    once, twice = (with_earlier_paths(f, np.random.default_rng(1)) for f in fits)
-    more = standard_errors(once)[label] ** 2 - standard_errors(worn_fit)[label] ** 2
-    assert more == pytest.approx(once.by_paths[place, place], rel=0.2)
-    assert more > 0.0
-    assert twice.by_paths[place, place] == pytest.approx(4 * once.by_paths[place, place], rel=0.5)
-    plain = refit(worn_fit, worn_fit.model.without(label[0]))
-    assert with_earlier_paths(plain, np.random.default_rng(1)).by_paths is None
 
 
 def test_wear_that_is_left_out_costs_what_a_fit_says(worn_fit):

@@ -13,8 +13,7 @@ from curling_env.physics.law import acceleration
 from curling_env.sheet import PAPER_SHEET, Direction
 from curling_env.throw import Release, Throw
 from friction_estimation.discovery import base_model, open_session, predict
-from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.data.unknown_pushes import UnknownPushes
+from friction_estimation.discovery.data.session import Session, UnknownPushes
 from friction_estimation.discovery.model.model import true_states
 
 from ..conftest import effect

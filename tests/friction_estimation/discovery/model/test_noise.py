@@ -3,13 +3,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from friction_estimation.discovery import (
     SessionNoise,
     estimate_noise,
     open_session,
-    whiten_session,
+    whiten_throw,
     without_outliers,
 )
 
@@ -52,8 +51,9 @@ def test_whitened_noise_is_white_and_of_unit_size(make_session, rng):
         white=(1e-6, 1e-6, 1e-6), fading=(0.005, 0.005, 0.005), memory=(0.3, 0.3, 0.3)
     )
     work = residual[:, :, None].copy()
-    table = noise.table()
-    whiten_session(work, session.times, session.sigma, session.starts, table, np.empty(1))
+    for rows in map(session.rows, range(len(session))):
+        own = session.times[rows], session.sigma[rows]
+        whiten_throw(work[rows], *own, noise.table(), np.empty(1))
     white = work[session.rows(0), 0, 0]
     assert abs(work.std() - 1) < 0.03
     assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.15
@@ -98,12 +98,3 @@ def test_few_rows_of_a_film_err_by_what_they_claim(make_session, rng):
     assert session.smoothed
     noise = estimate_noise(session, rng.normal(0, 1e-3, (len(session.times), 3)))
     assert (noise.total >= (0.05, 0.05, 0.1)).all()
-
-
-def test_drawn_noise_is_the_noise_that_is_found(rng):
-    noise = SessionNoise(white=(1e-3, 2e-3, 0.0), fading=(4e-3, 3e-3, 0.0), memory=(0.4, 0.2, 0.1))
-    t = np.arange(20_000) / 30.0
-    errors = noise.drawn(t, rng)
-    assert errors.std(axis=0) == pytest.approx(noise.total[:2], rel=0.05)
-    later = np.mean(errors[3:] * errors[:-3], axis=0)
-    assert later == pytest.approx([16e-6 * np.exp(-0.25), 9e-6 * np.exp(-0.5)], rel=0.15)
