@@ -85,10 +85,7 @@ def camera_bias_of(search: RippleSearch, fitted: SessionFit) -> CameraBias:
     ripple, own = fitted.model.ripple, fitted.model.ripple_slice
     if ripple is None:
         return CameraBias(search=search)
-    posterior = mixture(fitted)
-    steps = posterior.steps[:, own]
-    covariance = np.einsum("s,sij->ij", posterior.weights, posterior.covariances[:, own, own])
-    covariance += np.einsum("s,si,sj->ij", posterior.weights, steps, steps)
+    covariance = mixture(fitted).covariance[own, own]
     variance = np.einsum("ni,ij,nj->n", ripple.root, covariance, ripple.root)
     return CameraBias(
         search=search,

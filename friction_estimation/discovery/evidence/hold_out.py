@@ -18,10 +18,7 @@ from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.model.linearisation import gram_matrix
 from friction_estimation.discovery.model.model import Model, predict
 from friction_estimation.discovery.model.noise import SessionNoise
-from friction_estimation.discovery.tuning import (
-    HELD_OUT_SHARE,
-    RELEASE_SIGMA,
-)
+from friction_estimation.discovery.tuning import HELD_OUT_SHARE, LEAST_THROWS, RELEASE_SIGMA
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,13 +29,11 @@ class ForecastGap:
     ----------
     path_rms : root mean square distance over all rows after the first seconds [m]
     rest_error : the same at the last row that was measured, at rest where the stone rests [m]
-    per_throw : (k,) distance at that row [m]
     predicted : (rows, 2) forecast positions
     """
 
     path_rms: float
     rest_error: float
-    per_throw: Floats
     predicted: Floats
 
     def numbers(self) -> dict[str, float]:
@@ -55,7 +50,8 @@ def choose_held_out(session: Session, rng: np.random.Generator) -> Indices:
     If possible, every stone and swept throws stay among the others.
     """
     n = len(session)
-    count = max(2, round(HELD_OUT_SHARE * n)) if n >= 8 else 0
+    if n < LEAST_THROWS:
+        return np.empty(0, dtype=np.intp)
     states = session.first_states
     speed = np.hypot(states[:, 2], states[:, 3])
     rank = np.argsort(np.argsort(speed)) / max(n - 1, 1)
@@ -69,17 +65,17 @@ def choose_held_out(session: Session, rng: np.random.Generator) -> Indices:
     )
     swept = np.array([bool(session.swept[session.rows(i)].any()) for i in range(n)])
     kinds = (session.stones, swept)
-    best: tuple[float, Indices] | None = None
-    for _ in range(300 if count else 0):
-        chosen = np.sort(rng.choice(n, count, replace=False))
+
+    def score(chosen: Indices) -> float:
         rest = np.setdiff1d(np.arange(n), chosen)
         lost = sum(len(np.unique(kind)) - len(np.unique(kind[rest])) for kind in kinds)
         bias = np.abs(features[chosen].mean(axis=0) - features.mean(axis=0)).sum()
         spread = np.abs(features[chosen].std(axis=0) - features.std(axis=0)).sum()
-        score = bias + 0.5 * spread + 3.0 * lost
-        if best is None or score < best[0]:
-            best = (float(score), chosen)
-    return best[1] if best else np.empty(0, dtype=np.intp)
+        return float(bias + 0.5 * spread + 3.0 * lost)
+
+    count = max(2, round(HELD_OUT_SHARE * n))
+    tried = [np.sort(rng.choice(n, count, replace=False)) for _ in range(300)]
+    return min(tried, key=score)
 
 
 def forecast(model: Model, session: Session, noise: SessionNoise) -> ForecastGap:
@@ -127,6 +123,5 @@ def _gap(session: Session, squared: Floats, late: Flags, predicted: Floats) -> F
     return ForecastGap(
         path_rms=float(np.sqrt(squared[counted].mean())),
         rest_error=float(np.sqrt(squared[last].mean())),
-        per_throw=np.sqrt(squared[last]),
         predicted=predicted,
     )

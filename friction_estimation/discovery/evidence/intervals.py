@@ -48,6 +48,12 @@ class Mixture:
     steps: Floats
     covariances: Floats
 
+    @property
+    def covariance(self) -> Floats:
+        """Covariance of all spreads together, around the fitted values, (P, P)."""
+        within = np.einsum("s,sij->ij", self.weights, self.covariances)
+        return within + np.einsum("s,si,sj->ij", self.weights, self.steps, self.steps)
+
 
 @lru_cache(maxsize=4)
 def mixture(fitted: SessionFit) -> Mixture:
@@ -78,16 +84,15 @@ def has_few_throws(fitted: SessionFit) -> bool:
 
 
 def weights_of(levels: Floats, spreads: Floats) -> Floats:
-    """Weights of spreads, which sum to one along the first axis.
+    """Weights of spreads, (s,), which sum to one.
 
     Parameters
     ----------
-    levels : (s, ...) −2 ln of the likelihood at each spread
+    levels : (s,) −2 ln of the likelihood at each spread
     spreads : (s,) spreads; all are equally likely beforehand
     """
-    shape = (-1,) + (1,) * (levels.ndim - 1)
-    weights = np.exp(-0.5 * (levels - levels.min(axis=0))) * widths(spreads).reshape(shape)
-    return weights / weights.sum(axis=0)
+    weights = np.exp(-0.5 * (levels - levels.min())) * widths(spreads)
+    return weights / weights.sum()
 
 
 def widths(spreads: Floats) -> Floats:
@@ -120,7 +125,8 @@ def map_errors(fitted: SessionFit) -> Floats | None:
     field = fitted.model.map_field
     if field is None:
         return None
-    covariance = _map_covariance(fitted)
+    own = np.r_[GLOBALS.index("ln_mu"), fitted.model.map_slice]
+    covariance = mixture(fitted).covariance[np.ix_(own, own)]
     columns = np.column_stack([np.ones(len(field.patterns)), field.patterns])
     variance = np.einsum("ci,ij,cj->c", columns, covariance, columns)
     variance += field.amplitude**2 * field.unresolved()
@@ -149,15 +155,12 @@ def common_errors(
         for k, name in enumerate(model.names)
         if name[0] and model.term(name[0]).card.is_physical
     ]
-    found = mixture(fitted)
     to_level = np.zeros(len(model.names))
     to_level[GLOBALS.index("ln_mu")] = 1.0
     if model.map_field is not None:
         to_level[model.map_slice] = model.map_field.patterns[model.map_field.crossed].mean(axis=0)
     rows = np.vstack([np.eye(len(to_level))[[k for k, _ in names]], to_level])
-    within = np.einsum("s,sij->ij", found.weights, found.covariances)
-    steps = found.steps @ rows.T
-    covariance = rows @ within @ rows.T + np.einsum("s,si,sj->ij", found.weights, steps, steps)
+    covariance = rows @ mixture(fitted).covariance @ rows.T
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     known = deviations > 0.0  # the others are lost to rounding
     scale = np.where(known, 1.0 / np.where(known, deviations, 1.0), 0.0)
@@ -166,14 +169,6 @@ def common_errors(
     root = np.round(np.linalg.cholesky(correlation), 6)
     level = LevelError(sigma=float(deviations[-1]), common=tuple(root[-1, :-1].tolist()))
     return level, {name: tuple(root[i, : i + 1].tolist()) for i, (_, name) in enumerate(names)}
-
-
-def _map_covariance(fitted: SessionFit) -> Floats:
-    """Return the covariance of the overall friction and the coefficients of the map."""
-    posterior, own = mixture(fitted), np.r_[GLOBALS.index("ln_mu"), fitted.model.map_slice]
-    steps = posterior.steps[:, own]
-    within = np.einsum("s,sij->ij", posterior.weights, posterior.covariances[:, own][:, :, own])
-    return within + np.einsum("s,si,sj->ij", posterior.weights, steps, steps)
 
 
 def _half_widths(weights: Floats, steps: Floats, deviations: Floats) -> Floats:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -79,13 +79,6 @@ class NextThrow:
         }
 
 
-class _Target(NamedTuple):
-    """A quantity of interest, with the shared parameters that determine it."""
-
-    name: str
-    places: Indices
-
-
 def next_throws(fitted: SessionFit, count: int = 3) -> list[NextThrow]:
     """Return the most informative throws about the ice of a fit, in the order in which to make
     them.
@@ -105,14 +98,15 @@ def _next_throws(fitted: SessionFit, count: int) -> list[NextThrow]:
     targets = _targets(model)
     posterior = mixture(fitted)
     spread = float(posterior.weights @ posterior.spreads)
-    covariance = _covariance(fitted, spread)
+    information = fitted.linear.total(spread) + broad_prior(model)
+    covariance = minimum_of(information).covariance
     throws = trial_throws(fitted, model.terms)
     result, paths = _information_of(fitted, throws, spread)
     playable = [k for k, path in enumerate(paths) if is_playable(path, model.ice.sheet)]
     if not playable:
         return []
-    counted = np.concatenate([each.places for each in targets])
-    members = np.concatenate([np.full(len(each.places), len(each.places)) for each in targets])
+    counted = np.concatenate(list(targets.values()))
+    members = np.concatenate([np.full(len(own), len(own)) for own in targets.values()])
     weights = 1.0 / (members * np.diag(covariance)[counted])
     found: list[NextThrow] = []
     for _ in range(min(count, len(playable))):
@@ -120,7 +114,7 @@ def _next_throws(fitted: SessionFit, count: int) -> list[NextThrow]:
         best = playable[int(np.argmax(gains))]
         after = covariance_after(covariance, result[best])
         share = 1.0 - np.diag(after) / np.diag(covariance)
-        teaches = {each.name: float(share[each.places].mean()) for each in targets}
+        teaches = {name: float(share[own].mean()) for name, own in targets.items()}
         throw, path = throws[best], paths[best]
         found.append(
             NextThrow(
@@ -135,23 +129,15 @@ def _next_throws(fitted: SessionFit, count: int) -> list[NextThrow]:
     return found
 
 
-def _targets(model: Model) -> list[_Target]:
-    """Return the quantities of interest: the friction of the sheet, the map, and every term."""
+def _targets(model: Model) -> dict[str, Indices]:
+    """Return the parameters of the friction of the sheet, of the map, and of every term."""
     names = model.names
-    found = [_Target("friction", np.array([names.index(("", "ln_mu"))]))]
-    area = model.map_slice
-    if area.stop > area.start:
-        found.append(_Target("friction_map", np.arange(area.start, area.stop)))
+    found = {"friction": np.array([names.index(("", "ln_mu"))])}
+    found["friction_map"] = np.arange(len(names))[model.map_slice]
     for term in model.terms:
-        places = [k for k, (label, _) in enumerate(names) if label == term.label]
-        if places:
-            found.append(_Target(term.label, np.array(places)))
-    return found
-
-
-def _covariance(fitted: SessionFit, spread: float) -> Floats:
-    """Covariance of the shared parameters at one spread."""
-    return minimum_of(fitted.linear.total(spread) + broad_prior(fitted.model)).covariance
+        own = [k for k, (label, _) in enumerate(names) if label == term.label]
+        found.setdefault(term.label, np.array(own, dtype=np.intp))
+    return {name: places for name, places in found.items() if len(places)}
 
 
 def _information_of(

@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from curling_env.physics.effects import EffectCard
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.model.candidates import Term, known_effects
@@ -92,13 +91,13 @@ def find_patches(fitted: SessionFit) -> list[Term]:
     edge = np.array([sheet.width, sheet.length]) / 2
     grid = grid_over(np.clip(fitted.session.xy, -edge, edge), PATCH_CELL)
     rectangle = find_rectangle(fitted, grid)
-    return [] if rectangle is None else [_term_within(card, rectangle) for card in cards]
-
-
-def _term_within(card: EffectCard, rectangle: Rectangle) -> Term:
-    """Return an effect within a rectangle, at its neutral values."""
-    sides = dict(zip(card.search.area or (), rectangle, strict=True))
-    return Term(card=card, values={**sides, **card.neutral}, free=card.first)
+    if rectangle is None:
+        return []
+    areas = [dict(zip(card.search.area or (), rectangle, strict=True)) for card in cards]
+    return [
+        Term(card=card, values={**area, **card.neutral}, free=card.first)
+        for card, area in zip(cards, areas, strict=True)
+    ]
 
 
 def find_rectangle(fitted: SessionFit, grid: Grid) -> Rectangle | None:
