@@ -30,17 +30,19 @@ from curling_env.typing import Floats
 from curling_env.units import Units, length, speed
 from friction_estimation.estimation.camera_bias import CameraBias
 from friction_estimation.estimation.estimate import Estimate
-from friction_estimation.estimation.paper_method import estimate_by_paper
 from friction_estimation.reports.draw_weight import DrawWeight
 from friction_estimation.tracks.smoothing import smooth_motion
 
 
-def write_pictures(found: Estimate, folder: Path, units: Units = Units.METRES) -> list[str]:
+def write_pictures(
+    found: Estimate, plain: Estimate | None, folder: Path, units: Units = Units.METRES
+) -> list[str]:
     """All figures of an estimate.
 
     Parameters
     ----------
     found : the estimate
+    plain : the same throws by the paper's method; None where that is the method of the estimate
     folder : existing folder to write to
     units : units of displayed lengths and of the speed of a draw
 
@@ -54,8 +56,8 @@ def write_pictures(found: Estimate, folder: Path, units: Units = Units.METRES) -
     if found.travel_residuals:
         save_residuals(found, folder / "residuals.png")
         names.append("residuals.png")
-    if found.method == "trajectory" and not found.uniform:
-        save_profile(found, paper_estimate(found), folder / "profile.png")
+    if plain is not None and not found.uniform:
+        save_profile(found, plain, folder / "profile.png")
         names.append("profile.png")
     if found.camera_bias is not None and found.camera_bias.found:
         save_camera_bias(found.camera_bias, found.ice, folder / "camera.png")
@@ -174,11 +176,6 @@ def save_residuals(found: Estimate, path: Path) -> None:
     if found.noise.slow > 0:
         noise += f", {1000 * found.noise.slow:.1f} mm lasting {found.noise.time:.2f} s"
     save_figure(figure, path, f"Residuals of the fit;  {noise}")
-
-
-def paper_estimate(found: Estimate) -> Estimate:
-    """Estimate by the paper's method, differentiating and averaging, from the same throws."""
-    return estimate_by_paper(found.tracks, start=found.ice, uniform=found.uniform)
 
 
 def save_profile(found: Estimate, plain: Estimate, path: Path) -> None:

@@ -18,8 +18,9 @@ from curling_env.infrastructure.files.writing import current_path
 from curling_env.physics.effects import catalogue
 from curling_env.units import Units, length
 from friction_estimation.estimation.estimate import Estimate
+from friction_estimation.estimation.paper_method import estimate_by_paper
 from friction_estimation.reports.draw_weight import draw_facts
-from friction_estimation.reports.estimate_figures import paper_estimate, per_cent, write_pictures
+from friction_estimation.reports.estimate_figures import per_cent, write_pictures
 from friction_estimation.reports.html import facts, picture, table, write_page
 from friction_estimation.reports.throws_section import Notes, throws_section, write_measures
 from friction_estimation.tracks.plausible_friction import FRICTION_OF_ICE
@@ -99,7 +100,10 @@ def write_report(
     -------
     names of the files written
     """
-    pictures = write_pictures(found, folder, units)
+    plain = None
+    if found.method == "trajectory":
+        plain = estimate_by_paper(found.tracks, start=found.ice, uniform=found.uniform)
+    pictures = write_pictures(found, plain, folder, units)
     write_cells(folder / "cells.csv", found.ice)
     write_table(folder / "rows.csv", row_table(found))
     origin = {"provenance": dict(provenance)} if provenance else {}
@@ -112,7 +116,7 @@ def write_report(
     write_page(
         folder / "report.html",
         "Friction of the ice",
-        list(_sections(found, folder, pictures, stills, throws, units)),
+        list(_sections(found, plain, folder, pictures, stills, throws, units)),
         reload=reload,
         provenance=provenance,
     )
@@ -121,6 +125,7 @@ def write_report(
 
 def _sections(
     found: Estimate,
+    plain: Estimate | None,
     folder: Path,
     pictures: Sequence[str],
     stills: Sequence[Still],
@@ -143,8 +148,8 @@ def _sections(
             f"its path.</p><div class=stills>{shown}</div>"
         )
     yield from (_picture_section(folder, name) for name in pictures if name != "map.png")
-    if found.method == "trajectory":
-        yield f"<h2>Comparison with the paper's method</h2>{_beside(found)}"
+    if plain is not None:
+        yield f"<h2>Comparison with the paper's method</h2>{_beside(found, plain)}"
     yield f"<h2>Fit of each throw</h2>{_throws(found)}"
 
 
@@ -273,9 +278,8 @@ def _effects(found: Estimate) -> str:
     )
 
 
-def _beside(found: Estimate) -> str:
+def _beside(found: Estimate, plain: Estimate) -> str:
     """Compare the joint fit and the paper's method in numbers."""
-    plain = paper_estimate(found)
     rows: list[list[str]] = []
     ways = (
         ("joint fit of all throws", found),

@@ -379,7 +379,7 @@ def _step(
             least = with_fields + float(log_terms.sum())
         whole = total + prior_gram(foreseen, len(total))
         model = _part_of_the_way(model, foreseen, damping)
-        step = damping * bounded_step(minimum_of(whole), model)
+        step = damping * bounded_step(whole, minimum_of(whole).step, model)
     else:
         spread, step = model.spread, np.zeros(len(model.vector))
     vector = model.vector

@@ -7,10 +7,9 @@ frictions and the amplitudes of Gaussian fields are profiled.
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import lsq_linear
 
 from curling_env.typing import Floats
-from friction_estimation.discovery.model.minimum import Minimum, minimum_of, projected
+from friction_estimation.discovery.model.minimum import minimum_of, projected
 from friction_estimation.discovery.model.model import GLOBALS, Model
 from friction_estimation.discovery.tuning import COUPLING_SIGMA, SPREADS
 
@@ -127,18 +126,31 @@ def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
     return best
 
 
-def bounded_step(least: Minimum, model: Model) -> Floats:
-    """Return the best step within the parameters' bounds, (P,).
+def bounded_step(total: Floats, step: Floats, model: Model) -> Floats:
+    """Return the step within the parameters' bounds: parameters at a bound stop there, and the
+    others adapt.
 
     Parameters
     ----------
-    least : minimum of the quadratic in the shared parameters, without bounds
+    total : (P + 1, P + 1) Gram matrix of the shared parameters and the residual, priors included
+    step : (P,) step that takes no notice of bounds
     model : model that has the bounds
     """
-    step, scale, vector = least.step, least.scale, model.vector
+    vector = model.vector
     low, high = (bound - vector for bound in model.bounds)
-    if ((step < low) | (step > high)).any():
-        step = scale * lsq_linear(least.root.T, least.half, (low / scale, high / scale)).x
+    stopped = np.zeros(len(step), dtype=bool)
+    for _ in range(len(step)):
+        outside = ((step < low) | (step > high)) & ~stopped
+        if not outside.any():
+            break
+        stopped |= outside
+        step = np.clip(step, low, high)
+        free = ~stopped
+        right = total[:-1, -1] - total[:-1, :-1] @ np.where(stopped, step, 0.0)
+        kept = np.append(free, True)
+        part = total[np.ix_(kept, kept)].copy()
+        part[:-1, -1] = part[-1, :-1] = right[free]
+        step[free] = minimum_of(part).step if free.any() else 0.0
     return np.clip(step, low, high)
 
 

@@ -205,7 +205,7 @@ class Nearby:
 
     def quadratic(self, made: Combination, dispersion: float = 1.0) -> Quadratic:
         """Return the quadratic of a combination, with noise scaled by the dispersion."""
-        return self._quadratic(made, self._total(made.spread)[0] / dispersion)
+        return self._quadratic(made, self._total(made.spread)[0], dispersion)
 
     def _total(self, spread: float) -> tuple[Floats, float]:
         if spread not in self._totals:
@@ -213,7 +213,9 @@ class Nearby:
             self._totals[spread] = grams.sum(axis=0), float(log_terms.sum())
         return self._totals[spread]
 
-    def _quadratic(self, made: Combination, total: Floats, *, priors: bool = True) -> Quadratic:
+    def _quadratic(
+        self, made: Combination, total: Floats, dispersion: float = 1.0, *, priors: bool = True
+    ) -> Quadratic:
         # The friction map comes last of the effects: it is integrated over as the pushes are.
         labels = sorted(made.effects)
         fields = [self.places[label] for label in labels if label in self.mapped]
@@ -222,14 +224,14 @@ class Nearby:
         pushed = [self.pushes[push] for push in made.pushes]
         places = np.concatenate([first, *fields, *pushed, [self.size - 1]]).astype(np.intp)
         block = places[:, None], places
-        gram = total[block]
+        gram = total[block] / dispersion
         # Without an effect the residual includes its contribution.
         away = np.zeros(self.size)
         for label, (at, off) in self.offsets.items():
             if label not in made.effects:
                 away[at] = off
         if away.any():
-            larger = total @ away
+            larger = total @ away / dispersion
             gram[:, -1] += larger[places]
             gram[-1, :] += larger[places]
             gram[-1, -1] += away @ larger

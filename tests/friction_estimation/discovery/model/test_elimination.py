@@ -97,8 +97,8 @@ def test_a_step_stops_at_a_bound_and_the_rest_adapts(make_session):
     total[:2, 2] = total[2, :2] = inner @ wanted
     total[2, 2] = 100.0
     assert (low[1], high[1]) == (-1.0, 1.0)
-    step = bounded_step(minimum_of(total), model)
+    step = bounded_step(total, minimum_of(total).step, model)
     assert step == pytest.approx([-0.5 + 0.8 * (3.0 - 1.0) / 2.0, 1.0])
     inside = np.array([0.1, -0.2])
     total[:2, 2] = total[2, :2] = inner @ inside
-    assert bounded_step(minimum_of(total), model) == pytest.approx(inside)
+    assert bounded_step(total, minimum_of(total).step, model) == pytest.approx(inside)
