@@ -248,7 +248,6 @@ def _too_few(everything: SessionFit) -> Discovery:
         base=everything,
         best=everything,
         before=misfit,
-        after=misfit,
         rounds=[SelectionRound(scores=scores, trials=[], chosen="")],
     )
     return Discovery(

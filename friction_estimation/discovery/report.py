@@ -222,8 +222,6 @@ def _event(found: Discovery) -> dict[str, Any]:
 
 def ranked_candidates(found: Discovery) -> list[dict[str, Any]]:
     """Candidates in the order of their gain over the baseline."""
-    if not found.selection.rounds:
-        return []
     first = found.selection.rounds[0]
     fitted = {trial.term.label for trial in first.trials}
     rows = [
@@ -239,8 +237,6 @@ def ranked_candidates(found: Discovery) -> list[dict[str, Any]]:
 
 def smallest_detectable(found: Discovery) -> dict[str, dict[str, float]]:
     """Return the smallest detectable effects, by candidate and parameter."""
-    if not found.selection.rounds:
-        return {}
     return {
         score.term.label: {name: number(value) for name, value in score.smallest.items()}
         for score in found.selection.rounds[-1].scores

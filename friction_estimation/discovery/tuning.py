@@ -50,8 +50,8 @@ heading solvable."""
 LEAST_SPREAD = 4e-4
 """Minimum throw-to-throw spread of ln μ. With a spread of exactly zero an error of a tenth of a per
 mille would count as an effect."""
-USUAL_SPREAD, LEAST_THROWS_FOR_SPREAD = 0.004, 4
-"""Spread that is assumed for few throws, and the number of throws that can show one."""
+USUAL_SPREAD = 0.004
+"""Throw-to-throw spread of ln μ that is assumed for few throws."""
 LENGTH_ERROR = 0.02
 """Usual standard error of a length in the tracks [m]: the width of a line."""
 CLOCK_ERROR = 0.2
@@ -156,6 +156,8 @@ LEAST_HEADINGS = 10
 """Minimum number of rows with a heading for a measured spin."""
 LEAST_THROWS = 8
 """Minimum number of throws for naming an effect."""
+LEAST_THROWS_FOR_SPREAD = 4
+"""Minimum number of throws that can show a spread."""
 SMOOTHED_JITTER = 0.5
 """Jitter from row to row, over the stated standard error, below which a track counts as smoothed;
 above it the stated error is the noise of single rows. Tracks from film have 0.01 to 0.13."""

@@ -67,7 +67,7 @@ AT_HOG_LINE = 0.05
 """A stone this close to the hog line counts as at it [m]: tracks begin with noise."""
 
 
-OF_THROWS = ("throws", "orders", "stones", "clocks", "rests", "usual_spins")
+OF_THROWS = ("throws", "orders", "stones", "clocks", "usual_spins")
 OF_ROWS = ("times", "xy", "theta", "swept", "sigma")
 """Columns of a session with an entry for each throw, and for each row."""
 
@@ -120,7 +120,6 @@ class Session:
     orders : (k,) for each throw, how many were played before it
     stones : (k,) identifiers of the stones
     clocks : (k,) session time of each release [s]
-    rests : (k,) whether the stone was seen to come to rest by itself
     times : (rows,) time since the release of the throw [s]
     xy : (rows, 2) positions, sheet frame [m]
     theta : (rows,) headings [rad]; NaN where unknown
@@ -143,7 +142,6 @@ class Session:
     orders: Indices
     stones: Indices
     clocks: Floats
-    rests: Flags
     times: Floats
     xy: Floats
     theta: Floats
@@ -406,7 +404,6 @@ def _laid_out(pairs: Sequence[tuple[FreeSlide, Indices]], order_of: Mapping[int,
         orders=np.array([order_of[s.track.throw] for s, _ in pairs], dtype=np.intp),
         stones=np.array([s.track.stone for s, _ in pairs], dtype=np.intp),
         clocks=np.array([s.track.clock + s.track.t[rows[0]] for s, rows in pairs]),
-        rests=np.array([s.rests for s, _ in pairs]),
         times=np.concatenate([s.track.t[rows] - s.track.t[rows[0]] for s, rows in pairs]),
         xy=np.concatenate([s.track.xy[rows] for s, rows in pairs]),
         theta=np.concatenate([s.track.theta[rows] for s, rows in pairs]),

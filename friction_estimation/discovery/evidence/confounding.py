@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from curling_env.physics.state import State
-from friction_estimation.discovery.evidence.trial_throws import (
+from friction_estimation.discovery.evidence.next_throws import (
     in_words,
     is_playable,
     is_seen,

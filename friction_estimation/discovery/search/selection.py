@@ -128,14 +128,13 @@ class Selection:
     Parameters
     ----------
     base, best : fits before and after it, of the same session and with the same noise
-    before, after : slow misfit of the two
-    rounds : rounds of the selection
+    before : slow misfit of the first
+    rounds : rounds of the selection, one or more
     """
 
     base: SessionFit
     best: SessionFit
     before: Misfit
-    after: Misfit
     rounds: list[SelectionRound]
 
 
@@ -263,9 +262,7 @@ def select(base: SessionFit, *, progress: Progress = no_progress) -> Selection:
         present = replace(present, noise=noise)
         present = refit(present, present.model)
     base = refit(replace(base, noise=present.noise), base.model)
-    return Selection(
-        base=base, best=present, before=misfit_of(base), after=misfit_of(present), rounds=rounds
-    )
+    return Selection(base=base, best=present, before=misfit_of(base), rounds=rounds)
 
 
 def refine(fitted: SessionFit) -> SessionFit:

@@ -12,7 +12,7 @@ from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics import catalogue
 from curling_env.sheet import PAPER_SHEET, TEE_Y, Direction
 from friction_estimation.discovery import Dependence, Term, remarks, sentence, verdict
-from friction_estimation.discovery.evidence.trial_throws import TrialThrow, in_words
+from friction_estimation.discovery.evidence.next_throws import TrialThrow, in_words
 from friction_estimation.discovery.search.residuals import Misfit
 
 STRENGTH = "curl", "strength"

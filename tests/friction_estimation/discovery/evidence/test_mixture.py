@@ -52,4 +52,6 @@ def test_many_at_once_are_as_each_alone():
 def test_weights_count_likelihood_and_the_part_of_the_axis():
     weights = weights_of(np.array([0.0, 2.0 * np.log(2.0), 0.0]), np.array([0.0, 1.0, 3.0]))
     assert weights == pytest.approx(np.array([0.5, 0.75, 1.0]) / 2.25)
-    assert weights_of(np.array([0.0, 50.0]), np.array([0.0, 1.0])) == pytest.approx([1, 0], abs=1e-9)
+    assert weights_of(np.array([0.0, 50.0]), np.array([0.0, 1.0])) == pytest.approx(
+        [1, 0], abs=1e-9
+    )

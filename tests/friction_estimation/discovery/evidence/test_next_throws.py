@@ -20,7 +20,7 @@ from friction_estimation.discovery import (
     refit,
     standard_errors,
 )
-from friction_estimation.discovery.evidence.trial_throws import draw_speeds
+from friction_estimation.discovery.evidence.next_throws import draw_speeds
 
 from ..conftest import effect
 
