@@ -25,7 +25,6 @@ from scipy.linalg import eigh
 from curling_env.sheet import TEE_Y
 from curling_env.typing import Floats
 from friction_estimation.design.cramer_rao import matern
-from friction_estimation.discovery.data.gates import GateErrors
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.tuning import (
     RELATIVE_AMPLITUDES,
@@ -185,15 +184,6 @@ class GatePlaces(CameraField):
     name = "systematic_error"
     places: Floats
 
-    @classmethod
-    def of(cls, errors: GateErrors) -> GatePlaces:
-        """No displacement of the places of a session."""
-        return cls(
-            places=errors.places,
-            amplitude=errors.place_sigma,
-            values=np.zeros(len(errors.places)),
-        )
-
     def columns(self, xy: Floats, theta: Floats) -> Floats:
         """Displacements per unit of each coefficient, (rows, 2, n)."""
         del theta  # gates do not measure the heading
@@ -207,8 +197,10 @@ def systematic_error_of(session: Session) -> CameraField | None:
     """Return a systematic error of zero over all places of a session; None for tracks without
     one.
     """
-    if session.gates is not None:
-        return GatePlaces.of(session.gates)
+    gates = session.gates
+    if gates is not None:
+        none = np.zeros(len(gates.places))
+        return GatePlaces(places=gates.places, amplitude=gates.place_sigma, values=none)
     if session.claimed <= 0.0:
         return None
     low, high = float(session.xy[:, 1].min()), float(session.xy[:, 1].max())

@@ -10,10 +10,13 @@ from friction_estimation.discovery import (
     open_session,
     refit,
     score_candidates,
+    try_term,
 )
+from friction_estimation.discovery.search import selection
 from friction_estimation.discovery.search.selection import (
     prune,
     refine,
+    select,
     with_patches_relocated,
 )
 
@@ -65,3 +68,34 @@ def test_a_term_that_does_not_pay_is_dropped_and_others_stay(make_session):
     both = refit(bare, bare.model.with_terms(terms["curl"], terms["slope"]))
     assert [term.label for term in prune(both, set()).model.terms] == ["curl"]
     assert [term.label for term in prune(both, {"slope"}).model.terms] == ["curl", "slope"]
+
+
+def test_a_candidate_of_no_use_is_fitted_no_further(make_session, monkeypatch):
+    session = open_session(make_session(throws=8))
+    fitted = fit_with_noise(base_model(None, session), session)
+    (drag,) = [t for t in candidates(session) if t.label == "air_drag"]
+    fits: list[float] = []
+
+    def counted(*args, **choices):
+        fits.append(choices.get("goal"))
+        return refit(*args, **choices)
+
+    monkeypatch.setattr(selection, "refit", counted)
+    trial = try_term(fitted, drag)
+    assert trial.gain < 4.0
+    assert trial.gain < trial.needed
+    assert fits == [fitted.deviance - 4.0]
+
+
+def test_a_selection_that_is_full_tries_nothing_more(make_session, monkeypatch):
+    monkeypatch.setattr(selection, "MOST_EFFECTS", 0)
+    session = open_session(make_session([effect("curl", strength=0.005)], throws=8))
+    fitted = fit_with_noise(base_model(None, session), session)
+    found = select(fitted)  # the residuals are no noise, and no effect may be added
+    (only,) = found.rounds
+    assert (only.chosen, only.trials) == ("", [])
+    assert only.scores[0].term.name == "curl"
+    monkeypatch.setattr(selection, "MOST_EFFECTS", 1)
+    rounds = select(fitted).rounds
+    assert rounds[0].chosen == "curl"
+    assert rounds[-1].trials  # after curl they are noise

@@ -13,7 +13,7 @@ from friction_estimation.discovery import (
     open_session,
 )
 
-from ..conftest import effect
+from .conftest import effect
 
 
 def found_in(tracks):
