@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from friction_estimation import discover
-from friction_estimation.discovery import Following, fit, naming, sentence
+from friction_estimation.discovery import Dependence, Following, fit, naming, sentence
+from friction_estimation.discovery.evidence.unknown.explanation import Explanation
 
 from .conftest import effect
 
@@ -49,6 +50,20 @@ def test_throws_that_scatter_more_than_those_on_one_ice_lack_something(make_sess
         "throw to throw: fresh throws",
         sentence(found),
     )
+
+
+def test_an_unknown_that_follows_nothing_but_the_place_is_reported_with_it(
+    make_session, monkeypatch
+):
+    across = Dependence(variable="x", share=1.0, p=1e-6, push="along")
+
+    def by_place(fitted, own, *, beyond_map):
+        return Explanation(fit=fitted, pushes=(), dependences=[across])
+
+    monkeypatch.setattr(naming, "explain", by_place)
+    found = discover(make_session([effect("curl", strength=0.005)], throws=8, scatter=0.03))
+    assert found.unknown
+    assert [d.variable for d in found.dependences] == ["x"]
 
 
 def test_without_a_heading_nothing_that_pushes_sideways_is_named_beside_an_unknown(make_session):

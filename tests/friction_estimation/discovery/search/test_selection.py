@@ -70,6 +70,19 @@ def test_a_term_that_does_not_pay_is_dropped_and_others_stay(make_session):
     assert [term.label for term in prune(both, {"slope"}).model.terms] == ["curl", "slope"]
 
 
+@pytest.mark.parametrize(("exponent", "freed"), [(0.2, False), (1.0, True)])
+def test_the_shape_of_an_effect_is_fitted_where_that_pays(make_session, exponent, freed):
+    curl = effect("curl", strength=0.005, speed_exponent=exponent, spin_exponent=0.0)
+    session = open_session(make_session([curl], throws=8))
+    fitted = fit_with_noise(base_model(None, session), session)
+    (term,) = [t for t in candidates(session) if t.label == "curl"]
+    trial = try_term(fitted, term)
+    assert (trial.term.free != term.free) == freed
+    assert trial.cost == (3 if freed else 1)
+    if freed:
+        assert trial.term.values["speed_exponent"] == pytest.approx(exponent, abs=0.1)
+
+
 def test_a_candidate_of_no_use_is_fitted_no_further(make_session, monkeypatch):
     session = open_session(make_session(throws=8))
     fitted = fit_with_noise(base_model(None, session), session)
