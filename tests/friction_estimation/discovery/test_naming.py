@@ -52,9 +52,7 @@ def test_throws_that_scatter_more_than_those_on_one_ice_lack_something(make_sess
     )
 
 
-def test_an_unknown_that_follows_nothing_but_the_place_is_reported_with_it(
-    make_session, monkeypatch
-):
+def test_an_unknown_that_follows_the_place_alone_is_reported(make_session, monkeypatch):
     across = Dependence(variable="x", share=1.0, p=1e-6, push="along")
 
     def by_place(fitted, own, *, beyond_map):

@@ -171,3 +171,4 @@ def test_the_last_step_needs_no_linearisation(make_session):
     _, linear = linearise(found.model, found.session, found.noise, *point)
     assert found.deviance == pytest.approx(linear.deviance(), abs=0.1)
     assert found.linear.minimum().step == pytest.approx(linear.minimum().step, abs=1e-4)
+    assert found.linear.grams[:, -1, -1] == pytest.approx(linear.grams[:, -1, -1], rel=1e-3)
