@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -46,15 +47,17 @@ class CoarsePath:
 
     def at(self, t: float) -> tuple[Floats, Floats, Floats]:
         """Place [m], velocity [m/s] and standard error [m] at a time, each (2,)."""
-        grid = self.smooth
-        return (
-            self._along(grid.place, t),
-            self._along(grid.velocity, t),
-            self._along(grid.sigma, t),
-        )
+        times = self.smooth.t
+        after = min(max(int(np.searchsorted(times, t)), 1), len(times) - 1)
+        share = (t - times[after - 1]) / (times[after] - times[after - 1])
+        before = self._motion[after - 1]
+        now = before + min(max(share, 0.0), 1.0) * (self._motion[after] - before)
+        return now[:2], now[2:4], now[4:]
 
-    def _along(self, values: Floats, t: float) -> Floats:
-        return np.array([np.interp(t, self.smooth.t, axis) for axis in values.T])
+    @cached_property
+    def _motion(self) -> Floats:
+        """Place, velocity and standard error at the times of the path, (n, 6)."""
+        return np.hstack([self.smooth.place, self.smooth.velocity, self.smooth.sigma])
 
     def seen_by(self, found_by: Camera, camera: Camera, model: StoneModel) -> CoarsePath:
         """Convert the positions to those of the same pixels in another camera."""

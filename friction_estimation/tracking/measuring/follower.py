@@ -202,11 +202,12 @@ def follow(
             if t < one.rests.until
         ]
         moving = [one for one in (thrown, *hit) if t >= one.since]
-        posed = [one.posed(t) for one in moving]
+        posed = [one.posed(t) for one in moving] if len(moving) > 1 else []
         for k, one in enumerate(moving):
             around = [*beside, *posed[:k], *posed[k + 1 :]]
             fit = one.measure(t, frame, ice, camera, options, around)
-            posed[k] = one.posed(t)
+            if posed:
+                posed[k] = one.posed(t)
             one.measured.add(t, fit, frame, ice, camera, one.appearance, around)
         for one in (thrown, *hit):
             if t < one.since:
