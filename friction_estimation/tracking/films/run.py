@@ -11,10 +11,13 @@ from curling_env.infrastructure.files.reading import ordinary_file
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.scene import Scene, load_scene
-from friction_estimation.tracking.films.given_tracker import GivenTracker
 from friction_estimation.tracking.films.resume import Checkpoints
 from friction_estimation.tracking.films.shared_cameras import SharedCameras
-from friction_estimation.tracking.films.throws_of_film import ThrowTracker, without_context
+from friction_estimation.tracking.films.throws_of_film import (
+    ThrowTracker,
+    is_built_in,
+    without_context,
+)
 from friction_estimation.tracking.films.tracked_film import TrackedFilm, with_stones
 from friction_estimation.tracking.tracker import Tracker, load_tracker
 
@@ -110,11 +113,11 @@ def track_each(
             source="--scene",
         )
     scenes *= len(films) // len(scenes)
-    given = GivenTracker(load_tracker() if tracker is None else tracker)
-    for film in films if given.is_built_in else ():
+    tracker = tracker or load_tracker()
+    for film in films if is_built_in(tracker) else ():
         ordinary_file(film, "film")
     throw_tracker = ThrowTracker(
-        tracker=given,
+        tracker=tracker,
         cameras=SharedCameras() if cameras is None else cameras,
         checkpoints=checkpoints,
         always_track=always_track,

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from curling_env.errors import InputError
+from curling_env.errors import InputError, NoThrowError
 from curling_env.typing import Progress
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.stabilisation import CameraMovesError
 from friction_estimation.film.video import Film
-from friction_estimation.tracking.films.given_tracker import GivenTracker
+from friction_estimation.tracking.association.recording import moved
+from friction_estimation.tracking.built_in import track_film
+from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.films.pieces import Piece, cut
 from friction_estimation.tracking.films.resume import Checkpoints, digest
 from friction_estimation.tracking.films.shared_cameras import SharedCameras, camera_document
-from friction_estimation.tracking.films.tracked_film import TrackedFilm
+from friction_estimation.tracking.films.tracked_film import TrackedFilm, summary_of
+from friction_estimation.tracking.tracker import Tracker, tracks_in
 
 
 @dataclass(kw_only=True, eq=False)
@@ -25,7 +30,7 @@ class ThrowTracker:
 
     Parameters
     ----------
-    tracker : finds the stones in a throw
+    tracker : finds the stones in a throw; only the built-in one takes parts of films, and cameras
     cameras : what is known of the cameras of scenes
     checkpoints : the tracks of an interrupted call, and where those of this one are kept
     always_track : number of first throws that are tracked even if checkpoints hold their tracks
@@ -34,7 +39,7 @@ class ThrowTracker:
     progress : called with the number of frames done and the expected number of all
     """
 
-    tracker: GivenTracker
+    tracker: Tracker
     cameras: SharedCameras
     checkpoints: Checkpoints | None
     always_track: int
@@ -42,6 +47,13 @@ class ThrowTracker:
     left_out: Callable[[str], object]
     progress: Progress
     _done: int = 0
+
+    @property
+    def _options(self) -> TrackingOptions | None:
+        """Options of the built-in tracker; None for another tracker."""
+        given: Any = self.tracker
+        options = given.keywords.get("options") if isinstance(given, partial) else None
+        return (options or TrackingOptions()) if is_built_in(given) else None
 
     def throws_of(
         self, film: Path, scene: Scene, *, like: Sequence[Path] = (), throw: int | None = None
@@ -84,17 +96,34 @@ class ThrowTracker:
         return refused[0] if len(refused) == len(pieces) else None
 
     def _track(self, piece: Piece, scene: Scene, camera: RefinedCamera | None) -> TrackedFilm:
-        sampled = self.cameras.sampled(piece)
-        return self.tracker.track(piece, scene, camera, self.progress, sampled=sampled)
+        """Track a piece with one throw.
+
+        Raises
+        ------
+        NoThrowError : a part of a film in which a stone is carried, pushed or moved, not thrown
+        InputError : what the tracker raises, or no tracks
+        """
+        film: Any = self.cameras.sampled(piece) or piece.film
+        given: dict[str, Any] = {} if camera is None else {"camera": camera}
+        found = self.tracker(film, scene, progress=self.progress, **given)
+        tracks = tracks_in(found, piece.path)
+        about = found if isinstance(found, FilmTrack) else None
+        if piece.begin is not None and self._options and (why := moved(tracks[0])):
+            raise NoThrowError(why, source=piece.path)
+        return TrackedFilm(
+            film=piece.path,
+            tracks=tracks,
+            summary=summary_of(about or tracks[0]),
+            found=about,
+            shown=piece.film,
+        )
 
     def _pieces(self, film: Path, scene: Scene) -> list[Piece]:
         """Return the throws of a film, or the whole film if it shows one throw only."""
-        if not self.tracker.is_built_in:
+        if self._options is None:
             return [Piece.whole(film)]
-        options = self.tracker.options
-        opened = Film.open(film, scene.fps, None if options is None else options.slow)
         return cut(
-            opened,
+            Film.open(film, scene.fps, self._options.slow),
             scene,
             left_out=lambda why: self.left_out(f"{film.name}, {why}"),
             progress=self.progress,
@@ -104,7 +133,7 @@ class ThrowTracker:
         self, scene: Scene, pieces: Sequence[Piece], like: Sequence[Path]
     ) -> RefinedCamera | None:
         """Return the camera shared by all films of the scene; None if each is solved separately."""
-        if not self.tracker.shares_cameras:
+        if self._options is None or not self._options.refine:
             return None
         return self.cameras.of(scene, pieces, like, self.progress)
 
@@ -114,7 +143,7 @@ class ThrowTracker:
             return ""
         return digest(
             piece.path,
-            tracker=self.tracker.identity,
+            tracker=_identity(self.tracker),
             scene=asdict(replace(scene, source=None)),
             piece=piece.key,
             camera=None if camera is None else camera_document(camera),
@@ -144,6 +173,18 @@ class ThrowTracker:
         number = self._done if throw is None else throw
         self._done += 1
         return replace(one.numbered(number, piece), scene=scene)
+
+
+def is_built_in(tracker: Any) -> bool:
+    """Return whether a tracker is that of this package, with options or without."""
+    return (tracker.func if isinstance(tracker, partial) else tracker) is track_film
+
+
+def _identity(function: Any) -> str:
+    """Return a text that identifies a tracker and its options."""
+    if isinstance(function, partial):
+        return f"{_identity(function.func)} {function.args!r} {function.keywords!r}"
+    return f"{getattr(function, '__module__', '')}:{getattr(function, '__qualname__', function)}"
 
 
 def without_context(error: InputError) -> InputError:
