@@ -12,7 +12,7 @@ from curling_env.errors import InputError, NoThrowError
 from curling_env.typing import Progress, no_progress, with_progress
 from friction_estimation.appearance import Appearance, Crop, StoneModel, unexplained_share
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.refinement import RefinedCamera
+from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import numbers

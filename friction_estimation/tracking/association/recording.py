@@ -132,7 +132,7 @@ def _windows(
     label, count = f"look through {film.path.name}", film.frame_count
     frames: list[tuple[float, Image]] = []
     moves = False
-    for look in looks(film, high=film.duration):
+    for look in looks(film):
         progress(label, min(round(look.t * film.fps), count), count)
         if frames and look.t > frames[0][0] + numbers.WINDOW:
             if moves:

@@ -10,7 +10,7 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Integers
 from friction_estimation.appearance import Appearance
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.refinement import RefinedCamera
+from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.film.stabilisation import Stabiliser
 
 HANDLE = 4

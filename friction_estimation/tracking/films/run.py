@@ -73,7 +73,6 @@ def track_each(
     films: Sequence[Path],
     scenes: Scene | Sequence[Scene],
     *,
-    throws: Sequence[int] | None = None,
     tracker: Tracker | None = None,
     checkpoints: Checkpoints | None = None,
     always_track: int = 0,
@@ -83,14 +82,12 @@ def track_each(
 ) -> Iterator[TrackedFilm]:
     """Track films, and yield each throw as soon as it is tracked.
 
-    The built-in tracker cuts a film into its throws. Another tracker gets whole films, as does the
-    built-in one if `throws` numbers them.
+    The built-in tracker cuts a film into its throws; another tracker gets whole films.
 
     Parameters
     ----------
     films : in order of play
     scenes : one for all films, or one for each
-    throws : number of the throw in each film, which then shows one throw each
     tracker : finds the stones in a film; by default the built-in one, `track_film`
     checkpoints : keeps the tracks of each throw until all films are done, so that an interrupted
         call can be repeated; the caller deletes them at the end. None: nothing is kept
@@ -126,15 +123,12 @@ def track_each(
         progress=progress,
     )
     each_shows_one = len(films) == 1 or left_out is None
-    found = _throws_of_all(
-        list(zip(films, scenes, strict=True)), throws, throw_tracker, each_shows_one
-    )
-    return found if throws is not None else with_stones(found)
+    given = list(zip(films, scenes, strict=True))
+    return with_stones(_throws_of_all(given, throw_tracker, each_shows_one))
 
 
 def _throws_of_all(
     films: Sequence[tuple[Path, Scene]],
-    throws: Sequence[int] | None,
     throw_tracker: ThrowTracker,
     each_shows_one: bool,
 ) -> Iterator[TrackedFilm]:
@@ -142,15 +136,13 @@ def _throws_of_all(
 
     Parameters
     ----------
-    throws : number of the throw in each film; None: they are counted
     each_shows_one : whether a film without a throw is refused; else it is skipped, and reported
     """
     empty: list[InputError] = []
     for k, (film, scene) in enumerate(films):
         like = [other for other, its in films[k + 1 :] if its is scene]
-        throw = None if throws is None else throws[k]
         try:
-            why = yield from throw_tracker.throws_of(film, scene, like=like, throw=throw)
+            why = yield from throw_tracker.throws_of(film, scene, like=like)
         except NoThrowError as error:
             if each_shows_one:
                 raise

@@ -10,7 +10,7 @@ from typing import Any
 
 from curling_env.errors import InputError, NoThrowError
 from curling_env.typing import Progress
-from friction_estimation.camera.refinement import RefinedCamera
+from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.stabilisation import CameraMovesError
 from friction_estimation.film.video import Film
@@ -56,14 +56,13 @@ class ThrowTracker:
         return (options or TrackingOptions()) if is_built_in(given) else None
 
     def throws_of(
-        self, film: Path, scene: Scene, *, like: Sequence[Path] = (), throw: int | None = None
+        self, film: Path, scene: Scene, *, like: Sequence[Path]
     ) -> Generator[TrackedFilm, None, InputError | None]:
         """Track the throws of a film, in order.
 
         Parameters
         ----------
         like : films of the same scene that follow
-        throw : number of its only throw; None to cut the film into its throws
 
         Returns
         -------
@@ -73,7 +72,7 @@ class ThrowTracker:
         ------
         InputError : a film without a throw, or an error of the tracker
         """
-        pieces = [Piece.whole(film)] if throw is not None else self._pieces(film, scene)
+        pieces = self._pieces(film, scene)
         camera = self._camera_of(scene, pieces, like)
         refused: list[InputError] = []
         for piece in pieces:
@@ -92,7 +91,8 @@ class ThrowTracker:
                         self.left_out(f"{piece.path.name}, {piece.name}: {error.problem}")
                     continue
                 self._keep(one, key, scene, even_alone=piece.begin is not None)
-            yield self._next(one, piece, scene, throw)
+            yield replace(one.numbered(self._done, piece), scene=scene)
+            self._done += 1
         return refused[0] if len(refused) == len(pieces) else None
 
     def _track(self, piece: Piece, scene: Scene, camera: RefinedCamera | None) -> TrackedFilm:
@@ -165,14 +165,6 @@ class ThrowTracker:
             self.cameras.note(scene, one.found)
         if self.checkpoints is not None and (even_alone or self.several_films):
             self.checkpoints.save(key, one.tracks, one.summary)
-
-    def _next(
-        self, one: TrackedFilm, piece: Piece, scene: Scene, throw: int | None = None
-    ) -> TrackedFilm:
-        """Number the next throw."""
-        number = self._done if throw is None else throw
-        self._done += 1
-        return replace(one.numbered(number, piece), scene=scene)
 
 
 def is_built_in(tracker: Any) -> bool:

@@ -26,7 +26,8 @@ from friction_estimation.appearance import (
     unexplained_share,
 )
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.refinement import RefinedCamera, refine_at_focal
+from friction_estimation.camera.refined import RefinedCamera
+from friction_estimation.camera.refinement import refine_at_focal
 from friction_estimation.camera.scene import Scene
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.association.coarse import CoarsePath

@@ -11,7 +11,7 @@ import numpy as np
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.appearance import Appearance, StoneFit
-from friction_estimation.camera.refinement import RefinedCamera
+from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.measuring.contacts import contact_time
