@@ -135,7 +135,7 @@ def crowded(path: CoarsePath, seen: Detections, camera: Camera) -> bool:
     first_hit = min(path.contacts, default=np.inf)
     places = np.array([[*path.at(t)[0], 0.0] for t in seen.times if t < first_hit])
     expected = camera.sees(places).sum()
-    if path.alone[path.t < first_hit].sum() >= numbers.AGREEING_SHARE * expected:
+    if path.alone[path.t < first_hit].sum() >= numbers.NEARLY_ALL * expected:
         return False
     near: set[float] = set()
     for t, box in seen.crowds:
