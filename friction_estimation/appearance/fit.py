@@ -19,7 +19,6 @@ from friction_estimation.appearance.kernels.fit_kernels import pose_step
 from friction_estimation.appearance.model import PixelWindow, StoneModel, window_at
 from friction_estimation.appearance.painting import Planes, blurred, coloured, painted, turn_handle
 from friction_estimation.appearance.tuning import (
-    EDGE_DISTANCE_PX,
     HEADING_WEIGHT,
     LONGEST_STEP,
     LONGEST_TURN,
@@ -120,7 +119,6 @@ class StoneFit:
     xy : (2,) centre on the ice [m]
     theta : heading, modulo a turn [rad]; NaN without a handle
     covariance : (3, 3) covariance of x, y and theta
-    misfit : root mean square of the weighted residuals [standard deviations]
     visible : share of the stone's pixels that look like the stone, 0 to 1
     inside : share of the stone's outline that lies in the image, 0 to 1
     hidden : share of the stone's pixels that were ignored, because something else is there
@@ -129,7 +127,6 @@ class StoneFit:
     xy: Floats
     theta: float
     covariance: Floats
-    misfit: float
     visible: float
     inside: float
     hidden: float = 0.0
@@ -184,7 +181,8 @@ def fit_stone(
 
     Returns
     -------
-    (3,) best place and heading; (3, 3) covariance; misfit; visible share: see `StoneFit`
+    (3,) best place and heading; (3, 3) covariance; root mean square residual [standard
+    deviations]; visible share: see `StoneFit`
     """
     model, shape = appearance.model, appearance.model.shape()
     metre = window.scale[0] + 0.5 * model.height * window.scale[1]
@@ -308,19 +306,15 @@ def fit_window(
     start: Floats,
 ) -> StoneFit:
     """Fit the stone to the pixels (n, 3) of a window; see `fit_stone`."""
-    pose, covariance, misfit, visible = fit_stone(picture, behind, window, appearance, start)
+    pose, covariance, _, visible = fit_stone(picture, behind, window, appearance, start)
     width, height = camera.size
-    inside = 1.0
-    (left, top), (rows, columns) = window.origin_px, window.shape
-    if min(left, top, width - left - columns, height - top - rows) < EDGE_DISTANCE_PX:
-        at_end = appearance.model.outline_px(camera, pose[:2])
-        within = (at_end >= 0) & (at_end <= np.array([width - 1, height - 1]))
-        inside = float(within.all(axis=1).mean()) if len(at_end) else 0.0
+    at_end = appearance.model.outline_px(camera, pose[:2])
+    within = (at_end >= 0) & (at_end <= np.array([width - 1, height - 1]))
+    inside = float(within.all(axis=1).mean()) if len(at_end) else 0.0
     return StoneFit(
         xy=pose[:2],
         theta=float(pose[2]) if appearance.has_handle else np.nan,
         covariance=covariance,
-        misfit=misfit,
         visible=visible,
         inside=inside,
     )

@@ -11,16 +11,16 @@ import cv2
 import numpy as np
 
 from curling_env.typing import Flags, Floats
-from friction_estimation.appearance.crops import Crop, composite, coverage, robust_weights
+from friction_estimation.appearance.crops import Crop, composite, coverage
 from friction_estimation.appearance.fit import Appearance, Channels, StoneFit, cut_out, fit_window
 from friction_estimation.appearance.model import PixelWindow
 from friction_estimation.appearance.shape import PARTS
 from friction_estimation.appearance.tuning import (
     FILL_ROUNDS,
-    HIDDEN_SHARE,
     MARGIN_PX,
     MAX_HIDDEN,
-    STRANGE_WEIGHT,
+    MIN_STONE_SHARE,
+    OUTLIER_AT,
 )
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
@@ -132,7 +132,8 @@ def fill_hidden(crop: Crop, appearance: Appearance) -> float | None:
     """
     cover = coverage(crop, appearance)
     shown = composite(cover, crop.background, appearance.colours)
-    strange = robust_weights(crop.pixels - shown, appearance.noise) < STRANGE_WEIGHT
+    off = (crop.pixels - shown) / (OUTLIER_AT * appearance.noise)
+    strange = np.mean(off**2, axis=1) > 1
     if not strange.any():
         return None
     wide = cv2.dilate(strange.reshape(crop.window.shape).view(np.uint8), np.ones((3, 3), np.uint8))
@@ -160,7 +161,7 @@ def add_neighbours(crop: Crop, others: Sequence[PosedStone], camera: Camera) -> 
                 composite(cover, crop.background, other.look.colours)
             )
         if _distance(camera, other.pose) < distance:
-            hidden |= cover[0, :, : len(PARTS)].sum(axis=1) > HIDDEN_SHARE
+            hidden |= cover[0, :, : len(PARTS)].sum(axis=1) > MIN_STONE_SHARE
     return hidden
 
 

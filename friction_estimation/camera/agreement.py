@@ -75,7 +75,6 @@ def seen_curves(
     grey: Singles,
     origin_px: tuple[int, int],
     markings: Markings,
-    tolerance_px: float = TOLERANCE_PX,
 ) -> list[SeenCurve]:
     """Compare every ring and line in view with its place according to a camera.
 
@@ -83,7 +82,6 @@ def seen_curves(
     ----------
     camera : the camera to judge
     grey, origin_px, markings : as in `measure_markings`
-    tolerance_px : largest distance at which a part of a curve agrees
     """
     inside = camera.sees(markings.seen_from(camera))
     ends = np.sign(markings.xy[:, 1])
@@ -94,7 +92,7 @@ def seen_curves(
             own = inside & (markings.curve == k) & (ends == end)
             label = f"{'home' if end < 0 else 'away'} {name}" if both else name
             if name not in OPTIONAL and own.any():
-                found += _compared(label, camera, grey, origin_px, markings[own], tolerance_px)
+                found += _compared(label, camera, grey, origin_px, markings[own])
     return found
 
 
@@ -117,12 +115,11 @@ def _compared(
     grey: Singles,
     origin_px: tuple[int, int],
     curve: Markings,
-    tolerance_px: float,
 ) -> Sequence[SeenCurve]:
     """Compare one curve; None if too little of it is in view."""
     reach = min(REACH, float(curve.clear[0]))
     scale = np.linalg.norm(camera.px_per_metre(curve.xy), 2, axis=(1, 2))
-    search = max(float(np.nanmax(scale)) * reach, 2 * tolerance_px)
+    search = max(float(np.nanmax(scale)) * reach, 2 * TOLERANCE_PX)
     sides = ((2.0, 0.0), (0.0, 2.0)) if curve.width[0] else ((1.0, 1.0),)
     found = [
         responses_of(grey, origin_px, camera, curve, search, flanks=flanks) for flanks in sides
@@ -134,16 +131,16 @@ def _compared(
     means = np.array([group_means(one.strength, part) for one in found])
     # A line is darker than the ice on both sides; the edge of another object, on one side only.
     strength = np.maximum(-means.max(axis=0), 0.0) if curve.width[0] else np.abs(means[0])
-    own = np.maximum(group_means(found[0].px_per_metre[:, None] * reach, part), 2 * tolerance_px)
+    own = np.maximum(group_means(found[0].px_per_metre[:, None] * reach, part), 2 * TOLERANCE_PX)
     strength[np.abs(along) > own] = np.nan
-    near = np.nanmax(np.where(np.abs(along) <= tolerance_px, strength, np.nan), axis=1)
+    near = np.nanmax(np.where(np.abs(along) <= TOLERANCE_PX, strength, np.nan), axis=1)
     most = np.nanmax(strength, axis=1)
     distinct = np.maximum(DISTINCT * np.nanmedian(strength, axis=1), MIN_CONTRAST)
     alike = near >= 0.5 * np.minimum(most, np.median(most))
     # The flank of a curve that is slightly farther away does not count.
-    beside = np.nanmax(np.where(np.abs(along) <= tolerance_px + 1, strength, np.nan), axis=1)
+    beside = np.nanmax(np.where(np.abs(along) <= TOLERANCE_PX + 1, strength, np.nan), axis=1)
     agrees = (near > MIN_CONTRAST) & (alike | (near >= distinct)) & (near >= beside)
-    measured = measure_markings(grey, origin_px, camera, curve, tolerance_px)
+    measured = measure_markings(grey, origin_px, camera, curve, TOLERANCE_PX)
     return [
         SeenCurve(
             name=name,

@@ -100,7 +100,6 @@ def camera_from_photo(
     *,
     sheet: Sheet = PAPER_SHEET,
     height: float | None = None,
-    stone: tuple[float, float] = (Scene.stone_radius, Scene.stone_height),
 ) -> PhotoCamera:
     """Solve the camera of a photo of one house and its hog line.
 
@@ -112,7 +111,6 @@ def camera_from_photo(
     sheet : the ice in the photo
     height : the camera's height above the ice [m], if it is known; needed for a camera that looks
         straight down, because the paint does not show the height there
-    stone : radius and height of the stones [m], for the scene
 
     Raises
     ------
@@ -136,7 +134,7 @@ def camera_from_photo(
     if closer is None or closer.wrong:
         large, closer = small, best
     refined = large.whole(closer.refined, size)
-    return PhotoCamera(refined=refined, scene=_scene(refined, sheet, stone))
+    return PhotoCamera(refined=refined, scene=_scene(refined, sheet))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -258,7 +256,7 @@ def _end_seen(
     return ends[0]
 
 
-def _scene(refined: RefinedCamera, sheet: Sheet, stone: tuple[float, float]) -> Scene:
+def _scene(refined: RefinedCamera, sheet: Sheet) -> Scene:
     """Return the camera as a scene: the projected keypoints in view, and its lens."""
     camera, keypoints = refined.camera, np.array(list(keypoints_of(sheet).values()))
     # A club's ice may be wider or narrower than the scene's: skip keypoints at the border.
@@ -276,7 +274,5 @@ def _scene(refined: RefinedCamera, sheet: Sheet, stone: tuple[float, float]) -> 
         distortion=camera.lens.distortion,
         image_size=camera.size,
         picture_size=camera.size,
-        stone_radius=stone[0],
-        stone_height=stone[1],
         sheet=sheet,
     )

@@ -43,10 +43,10 @@ NOTHING_MEASURED = MarkingMeasurements(
 """No paint, for a camera from points alone."""
 
 
-def cameras_from_points(
-    sheet_points: Floats, points_px: Floats, lens: Lens
-) -> list[tuple[float, Camera]]:
-    """Return the cameras above the ice that project known points onto their marks, best first.
+def best_camera(
+    sheet_points: Floats, points_px: Floats, lenses: Sequence[Lens]
+) -> tuple[float, Camera] | None:
+    """Return the camera above the ice that projects known points best onto their marks.
 
     A plane seen by a pinhole allows two poses that fit almost equally well; both are refined.
 
@@ -54,30 +54,40 @@ def cameras_from_points(
     ----------
     sheet_points : (n, 2) sheet frame [m]
     points_px : (n, 2) raw image [px]
-    lens : the camera's lens
+    lenses : possible lenses
 
     Returns
     -------
-    no, one or two cameras above the ice that have all points before them, each after the root mean
-    square distance of the points from where it puts them [px]
+    root mean square distance of the points from where it puts them [px], and the camera; None if no
+    camera above the ice has all points before it
 
     Source
     ------
     Collins and Bartoli, Infinitesimal plane-based pose estimation, IJCV 109 (2014): both poses.
     """
     world = np.column_stack([sheet_points, np.zeros(len(sheet_points))])
-    pixels, matrix, distortion = np.ascontiguousarray(points_px), lens.matrix, lens.distortion
+    pixels = np.ascontiguousarray(points_px)
     found: list[tuple[float, Camera]] = []
-    for rvec, tvec in _first_poses(world, pixels, matrix, distortion):
-        rvec, tvec = cv2.solvePnPRefineLM(world, pixels, matrix, distortion, rvec, tvec)
-        camera = Camera(
-            lens=lens,
-            rotation=np.asarray(cv2.Rodrigues(rvec)[0], dtype=np.float64),
-            translation=np.asarray(tvec, dtype=np.float64).ravel(),
-        )
-        if camera.position[2] > 0 and camera.local(world)[:, 2].min() > 0:
-            found.append((_apart_px(camera, sheet_points, points_px), camera))
-    return sorted(found, key=lambda one: one[0])
+    for lens in lenses:
+        matrix, distortion = lens.matrix, lens.distortion
+        for rvec, tvec in _first_poses(world, pixels, matrix, distortion):
+            rvec, tvec = cv2.solvePnPRefineLM(world, pixels, matrix, distortion, rvec, tvec)
+            camera = Camera(
+                lens=lens,
+                rotation=np.asarray(cv2.Rodrigues(rvec)[0], dtype=np.float64),
+                translation=np.asarray(tvec, dtype=np.float64).ravel(),
+            )
+            if camera.position[2] > 0 and camera.local(world)[:, 2].min() > 0:
+                found.append((_apart_px(camera, sheet_points, points_px), camera))
+    return min(found, key=lambda one: one[0], default=None)
+
+
+def likely_cameras(
+    sheet_points: Floats, points_px: Floats, lenses: Sequence[Lens]
+) -> list[tuple[float, Camera]]:
+    """Return `best_camera` with each of several lenses, best first."""
+    found = [best_camera(sheet_points, points_px, [lens]) for lens in lenses]
+    return sorted((one for one in found if one is not None), key=lambda one: one[0])
 
 
 def _first_poses(
@@ -102,14 +112,6 @@ def _first_poses(
             pairs = zip(back, translations[:count], strict=True)
             return [(np.asarray(r, np.float64), np.asarray(t, np.float64)) for r, t in pairs]
     return []
-
-
-def best_camera(
-    sheet_points: Floats, points_px: Floats, lenses: Sequence[Lens]
-) -> tuple[float, Camera] | None:
-    """Return the best of `cameras_from_points` with any of several lenses; None without any."""
-    found = [one for k in lenses for one in cameras_from_points(sheet_points, points_px, k)[:1]]
-    return min(found, key=lambda one: one[0], default=None)
 
 
 def trial_lenses(lens: Lens, *, focal: bool, bends: bool) -> list[Lens]:
@@ -172,7 +174,7 @@ def _by_marks(scene: Scene, lens: Lens, free: FreeLens) -> tuple[float, RefinedC
     """
     points = scene.sheet_points, scene.points_px
     lenses = trial_lenses(lens, focal=free.focal, bends=free.bends)
-    starts = [one for k in lenses for one in cameras_from_points(*points, k)[:1]]
+    nearest = likely_cameras(*points, lenses)[:FOLLOWED]
     fit = PaintFit(
         grey=np.empty((0, 0), np.float32),
         origin=(0, 0),
@@ -182,7 +184,6 @@ def _by_marks(scene: Scene, lens: Lens, free: FreeLens) -> tuple[float, RefinedC
         lens=free,
         height=height_prior(scene.camera_height),
     )
-    nearest = sorted(starts, key=lambda one: one[0])[:FOLLOWED]
     found = [fit.fit(camera, NOTHING_MEASURED, free, 1.0) for _, camera in nearest]
     if not found:
         return None

@@ -26,13 +26,12 @@ from friction_estimation.camera.markings import (
 from friction_estimation.camera.paint_fit import PaintFit
 from friction_estimation.camera.pose import (
     NOTHING_MEASURED,
-    cameras_from_points,
+    likely_cameras,
     trial_lenses,
 )
 from friction_estimation.camera.refined import (
     RefinedCamera,
     height_prior,
-    log_height_prior,
     prior_residuals,
     unrefined,
 )
@@ -50,18 +49,6 @@ from friction_estimation.camera.tuning import (
     WIDE_SEARCHES_PX,
     WORKING_SIDE,
 )
-
-__all__ = [
-    "PaintSolver",
-    "RefinedCamera",
-    "SolvedCamera",
-    "displacement",
-    "log_height_prior",
-    "refine",
-    "refine_again",
-    "refine_at_focal",
-    "unrefined",
-]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -326,10 +313,10 @@ def _starts(camera: Camera, fit: PaintFit) -> Iterator[Camera]:
     """Return the initial cameras: the most likely ones from their points, and others within the
     error of the marks.
     """
+    lenses = trial_lenses(camera.lens, focal=fit.lens.focal, bends=fit.lens.bends)
     starts = [
         one
-        for lens in trial_lenses(camera.lens, focal=fit.lens.focal, bends=fit.lens.bends)
-        for one in cameras_from_points(fit.sheet_points, fit.points_px, lens)[:1]
+        for one in likely_cameras(fit.sheet_points, fit.points_px, lenses)
         if one[0] < MAX_MISFIT * max(camera.size)
     ]
 

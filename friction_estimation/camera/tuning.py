@@ -4,55 +4,7 @@ They were set on films that `friction_estimation.synthetic` renders, from all of
 and with clicks of 3 px, and checked on photos of clubs. Numbers of the kind of lens are in `lens`.
 """
 
-# --- the pose from known points -------------------------------------------------------------------
-
-MAX_AXIS_OFFSET = 0.2
-"""Maximum distance of the axis from the middle of an uncropped image, as a share of its size."""
-MAX_MISFIT = 0.02
-"""Maximum misfit of consistent points, as a share of the image's diagonal."""
-
-# --- the lens from pictures of a board ------------------------------------------------------------
-
-BOARD_MIN_VIEWS = 3
-"""Minimum number of pictures of a board for focal length, principal point and distortion."""
-BOARD_SEARCH_PX = 3_000_000
-"""Maximum number of pixels of the picture in which a chessboard is searched; larger ones are
-reduced."""
-BOARD_MIN_CORNERS = 6
-"""Minimum number of corners in a view of a ChArUco board."""
-BOARD_MAX_RMS_PX = 3.0
-"""Maximum reprojection error of the described board [px]."""
-BOARD_MAX_FOCAL_SIGMA = 0.03
-"""Maximum relative standard error of the focal length."""
-BOARD_MIN_TILT_DEG = 5.0
-"""Minimum tilt of some board: views that all face the camera cannot separate focal length and
-distance."""
-BOARD_LAST_TERM_GAIN = 0.95
-"""Maximum ratio of the misfits with and without the last radial term for it to be kept."""
-
-# --- measuring the painted lines in an image ------------------------------------------------------
-
-EDGE_BLUR_PX = 1.0
-"""Scale of the search for edges, about that of a film's own blur."""
-MIN_LINE_WIDTH_PX = 1.6
-"""Minimum apparent width of a line."""
-MAX_LINE_WIDTH_PX = 24.0
-"""Maximum apparent width of a line that is measured as one."""
-MIN_CLEARANCE_PX = 4.5
-"""Minimum distance of other paint from a measured point."""
-MIN_RADIUS_PX = 8.0
-"""Minimum apparent radius of curvature of a measured ring: at a smaller one a blur of 0.7 px moves
-an edge by more than 0.03 px."""
-MIN_CONTRAST = 4.0
-"""Minimum contrast of a marking [grey levels]."""
-POINT_SEARCH_PX = 2.5
-"""Maximum distance of a single point from the offset of its group [px]."""
-PROFILE_STEP_PX = 0.5
-"""Distance between the samples along a normal."""
-GROUP_SIZE = 12
-"""Number of neighbouring points that are searched for together first."""
-
-# --- the fit of a camera to the painted lines -----------------------------------------------------
+# --- priors, and measured errors ------------------------------------------------------------------
 
 CLICK_SIGMA_PX = 3.0
 """Standard error of a point that was marked by hand."""
@@ -65,39 +17,11 @@ PAINT_PLACEMENT_SIGMA = 0.002
 """Standard error of the painted radius of a ring, or place of a whole line [m]."""
 PLACEMENT_SPREAD = 0.7
 """Spread of that from one sheet to another, in log."""
-ALIKE_REACH = 12
-"""Maximum number of neighbours on either side with which points of a curve share their errors."""
 CURVE_ERROR_PX = 0.03
 """Error of a whole ring or line in a picture, the same all along it [px]: in 36 films by another
 renderer, borders were off by 0.01, rings by 0.02 and lines by 0.02 to 0.1."""
 MIN_SCALE_PX = 0.1
 """Minimum scale of the residuals of measured points."""
-OUTLIER_AT = 3.0
-"""Residuals with a quarter of the weight, in units of their scale (Geman-McClure)."""
-NARROW_SEARCHES_PX = (4.0, 3.0, 2.0, 2.0, 2.0)
-"""Search radius of each round once the camera is nearly right."""
-WIDE_SEARCHES_PX = (16.0, 10.0, 6.0)
-"""Search radius of the rounds before."""
-SPREAD_SIGMAS = (2.0, -2.0, 4.0, -4.0, 6.0, -6.0)
-"""Steps to other initial cameras, along the direction that marks determine worst [standard errors
-of the marks]."""
-SEARCHED_SIDE = 1280
-"""Longer side of the pictures to which these values apply; they scale down with smaller pictures
-[px]."""
-WORKING_SIDE = 1920
-"""Longer side of the pictures to which cameras are fitted [px]; larger ones are reduced."""
-TOLERANCE_PX = 2.0
-"""Maximum distance of a curve from its projection that counts as agreement."""
-COMPLETE_SHARE = 0.8
-"""Share of the visible paint above which an agreeing camera is certainly correct."""
-MAX_STARTS = 12
-"""Maximum number of initial cameras that are followed."""
-DISPLACED_SEARCH_PX = 6.0
-"""Search radius of paint if a camera may have moved [px]."""
-MIN_MARKINGS = 60
-"""Minimum number of measured points that replace marks made by hand."""
-MIN_MARKINGS_SHARE = 0.25
-"""Minimum share of the points in view that must be found."""
 PAINT_DEPTH = 0.0, 0.004
 """Assumed thickness of the clear ice above the paint if it is unknown, and its standard error [m].
 Rinks have some millimetres, and most drawn films have none."""
@@ -118,9 +42,6 @@ RIM_SHIFT_PX = 1.0
 separate there, edges blur, and no formula of distortion is exact."""
 RIM_SHIFT_POWER = 4
 """Power of the compression with which that grows; it is zero in the middle of a picture."""
-
-# --- errors to expect before anything is filmed ---------------------------------------------------
-
 EXPECTED_ERROR_PX = 0.05
 """Error of one measured point of the paint in a film of little compression."""
 EDGE_ERROR_PX = 0.015
@@ -134,20 +55,90 @@ SHAPE_RISE = 0.00125
 """Displacement along the line of sight, in height, by the uncertainty of a stone's shape [m]."""
 STONE_HEIGHT_SIGMA = 0.05
 """Standard error, in log, of a camera's height from pictures of a stone."""
-MIN_STONE_PX = 6.0
-"""Minimum width of a tracked stone [px]."""
-
-# --- a camera from a single photo -----------------------------------------------------------------
-
-PHOTO_SIDE = 720
-"""Longer side of the picture in which a photo's camera is found [px]; larger ones are reduced."""
-PHOTO_TRIALS = 6
-"""Maximum number of searches; two that agree with the paint are enough."""
-PHOTO_SEARCHES = (0.15, 0.08, 0.05)
-"""Search radius of each round before the camera is nearly right [m]."""
 PHOTO_MIN_SCALE_PX = 1.5
 """`MIN_SCALE_PX` for a photo of a club's ice, whose paint is exact to about a centimetre."""
 PHOTO_CORRELATION = 24.0
 """`MARKING_CORRELATION` for the same."""
 MARK_SIGMA = 0.2
 """Standard error of a rough mark [m]."""
+
+# --- numerics: sizes of samples, steps, and settings of searches ----------------------------------
+
+BOARD_MIN_VIEWS = 3
+"""Minimum number of pictures of a board for focal length, principal point and distortion."""
+BOARD_SEARCH_PX = 3_000_000
+"""Maximum number of pixels of the picture in which a chessboard is searched; larger ones are
+reduced."""
+BOARD_MIN_CORNERS = 6
+"""Minimum number of corners in a view of a ChArUco board."""
+EDGE_BLUR_PX = 1.0
+"""Scale of the search for edges, about that of a film's own blur."""
+MIN_LINE_WIDTH_PX = 1.6
+"""Minimum apparent width of a line."""
+POINT_SEARCH_PX = 2.5
+"""Maximum distance of a single point from the offset of its group [px]."""
+PROFILE_STEP_PX = 0.5
+"""Distance between the samples along a normal."""
+GROUP_SIZE = 12
+"""Number of neighbouring points that are searched for together first."""
+ALIKE_REACH = 12
+"""Maximum number of neighbours on either side with which points of a curve share their errors."""
+NARROW_SEARCHES_PX = (4.0, 3.0, 2.0, 2.0, 2.0)
+"""Search radius of each round once the camera is nearly right."""
+WIDE_SEARCHES_PX = (16.0, 10.0, 6.0)
+"""Search radius of the rounds before."""
+SPREAD_SIGMAS = (2.0, -2.0, 4.0, -4.0, 6.0, -6.0)
+"""Steps to other initial cameras, along the direction that marks determine worst [standard errors
+of the marks]."""
+SEARCHED_SIDE = 1280
+"""Longer side of the pictures to which these values apply; they scale down with smaller pictures
+[px]."""
+WORKING_SIDE = 1920
+"""Longer side of the pictures to which cameras are fitted [px]; larger ones are reduced."""
+MAX_STARTS = 12
+"""Maximum number of initial cameras that are followed."""
+DISPLACED_SEARCH_PX = 6.0
+"""Search radius of paint if a camera may have moved [px]."""
+PHOTO_SIDE = 720
+"""Longer side of the picture in which a photo's camera is found [px]; larger ones are reduced."""
+PHOTO_TRIALS = 6
+"""Maximum number of searches; two that agree with the paint are enough."""
+PHOTO_SEARCHES = (0.15, 0.08, 0.05)
+"""Search radius of each round before the camera is nearly right [m]."""
+
+# --- thresholds -----------------------------------------------------------------------------------
+
+MAX_AXIS_OFFSET = 0.2
+"""Maximum distance of the axis from the middle of an uncropped image, as a share of its size."""
+MAX_MISFIT = 0.02
+"""Maximum misfit of consistent points, as a share of the image's diagonal."""
+BOARD_MAX_RMS_PX = 3.0
+"""Maximum reprojection error of the described board [px]."""
+BOARD_MAX_FOCAL_SIGMA = 0.03
+"""Maximum relative standard error of the focal length."""
+BOARD_MIN_TILT_DEG = 5.0
+"""Minimum tilt of some board: views that all face the camera cannot separate focal length and
+distance."""
+BOARD_LAST_TERM_GAIN = 0.95
+"""Maximum ratio of the misfits with and without the last radial term for it to be kept."""
+MAX_LINE_WIDTH_PX = 24.0
+"""Maximum apparent width of a line that is measured as one."""
+MIN_CLEARANCE_PX = 4.5
+"""Minimum distance of other paint from a measured point."""
+MIN_RADIUS_PX = 8.0
+"""Minimum apparent radius of curvature of a measured ring: at a smaller one a blur of 0.7 px moves
+an edge by more than 0.03 px."""
+MIN_CONTRAST = 4.0
+"""Minimum contrast of a marking [grey levels]."""
+OUTLIER_AT = 3.0
+"""Residuals with a quarter of the weight, in units of their scale (Geman-McClure)."""
+TOLERANCE_PX = 2.0
+"""Maximum distance of a curve from its projection that counts as agreement."""
+COMPLETE_SHARE = 0.8
+"""Share of the visible paint above which an agreeing camera is certainly correct."""
+MIN_MARKINGS = 60
+"""Minimum number of measured points that replace marks made by hand."""
+MIN_MARKINGS_SHARE = 0.25
+"""Minimum share of the points in view that must be found."""
+MIN_STONE_PX = 6.0
+"""Minimum width of a tracked stone [px]."""

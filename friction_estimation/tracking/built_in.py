@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,15 +10,14 @@ import numpy as np
 
 from curling_env.errors import InputError, NoThrowError
 from curling_env.typing import Progress, no_progress, with_progress
-from friction_estimation.appearance import Appearance, Crop, StoneModel, unexplained_share
+from friction_estimation.appearance import Appearance, Crop, unexplained_share
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.refinement import RefinedCamera
+from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import numbers
-from friction_estimation.tracking.association.finding import FilmStones, find_stones
+from friction_estimation.tracking.association.finding import find_stones
 from friction_estimation.tracking.detection.background import Background
-from friction_estimation.tracking.detection.finder import NetworkFinder
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.films.steady_film import (
     SteadyFilm,
@@ -73,7 +72,7 @@ def track_film(
     background = empty_ice(steady, scene)
     refined, moved_px = camera_of(steady, scene, background, camera, options.refine)
     try:
-        candidates = _stones(steady, scene, refined.camera, background)
+        candidates = find_stones(steady, scene, refined.camera, background)
     except InputError as error:
         if refined.measured or not options.refine:
             raise
@@ -134,14 +133,7 @@ def find_thrown(
     ------
     NoThrowError : nothing slides along the ice
     """
-    return next(_stones(film, scene, camera, background)).thrown
-
-
-def _stones(
-    film: SteadyFilm, scene: Scene, camera: Camera, background: Background
-) -> Iterator[FilmStones]:
-    model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
-    return find_stones(film, scene, camera, background, NetworkFinder(camera, scene.sheet, model))
+    return next(find_stones(film, scene, camera, background)).thrown
 
 
 def _shows_stone(look: Appearance, crops: Sequence[Crop], grain: float) -> bool:

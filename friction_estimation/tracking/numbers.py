@@ -1,4 +1,4 @@
-"""Tuned numbers of tracking: physics, priors, and errors of pictures."""
+"""Tuned numbers of tracking: physics, priors, settings of searches, and thresholds."""
 
 from __future__ import annotations
 
@@ -22,11 +22,23 @@ JUMP_SIGMA = 1.0
 """Standard deviation of each component of the change of velocity in a collision [m/s]."""
 FASTEST = 5.0
 """Maximum speed of a stone [m/s]."""
+COLLISION_TRANSFER, COLLISION_SIGMA = 0.93, 0.3
+"""Fraction of the approach speed transferred in a collision, and standard error of either velocity
+after it as a fraction of the speed."""
+ICE = 0.05, 0.4
+"""Minimum and maximum deceleration of stones on any ice [m/s²]."""
+PEOPLE_HEIGHT = 2.0
+"""Height up to which the surroundings of the sheet are kept, to include people completely [m]."""
+HANDLE_RISE = 0.06
+"""Approximate height of a handle above the body [m]."""
+SPIN_CHANGE_AT_CONTACT = 2.5
+"""Standard deviation of the change of spin by the friction of the rims in a contact [rad/s]."""
+SPIN_DECAY_POWERS = (0.0, 0.15, 0.3, 0.5, 0.8)
+"""Range of the power of the speed with which the spin falls."""
+HEADING_WANDER = 0.25
+"""Random drift of the heading from a steady law [rad/√s]."""
 
-LEAST_SPEED = 0.05
-"""Minimum speed of a moving stone in the association [m/s]."""
-
-# --- priors of the association --------------------------------------------------------------------
+# --- priors, and measured errors ------------------------------------------------------------------
 
 BIRTH = -6.0
 """Log probability that a stone enters the film at a given detection."""
@@ -38,64 +50,82 @@ STILL_THERE = 0.1
 """Increase of a stone's log odds by each frame in which it still rests."""
 MISSED, HIDDEN = -1.2, -5.0
 """Log probability that a stone in view is not detected in a frame, and minimum for a gap."""
-LONGEST_GAP, LONGEST_GAP_FRAMES = 4.0, 10
-"""Longest gap between two detections of one path [s], and in sampled frames."""
-SURE = 8.0
-"""Minimum log odds of a stone's path."""
-LEAST_WAY = 0.5
-"""Minimum path of a moving stone [m]."""
-
-# --- measurements ---------------------------------------------------------------------------------
-
 DETECTION_PX, DETECTION_M = 0.7, 0.03
 """Standard errors of a detection: pixels in the picture, and on the ice [m]."""
 STUDENT_FREEDOM = 4.0
 """Degrees of freedom of the measurements' Student distribution."""
-GATE = 4.0
-"""Maximum innovation of a fit [standard deviations]."""
-LEAST_GATE, LEAST_GATE_PX = 0.03, 1.0
-"""Minimum gate of a fit [m], and in the picture [px]."""
-STILL_SCORE = 0.54
-"""Minimum log odds of a stone on unchanged ice."""
-LEAST_HEADINGS = 4
-"""Minimum number of pictures for a heading curve."""
-LOST = 0.5
-"""Maximum standard error of the predicted position of a stone that is searched for [m]."""
 HEADING_DRIFT = 0.1
 """Standard error of the heading curve [rad]."""
+REST_SPEED_SIGMA = 0.05
+"""Error of the position of a stone that seems to have stopped, per time [m/s]."""
+WALKING_SIGMA = 0.02
+"""Standard deviation of the mean acceleration of walking people [m/s²]."""
+UNUSUAL, HIT_RANGE, HALT_RANGE = 0.1, 1.0, 0.4
+"""Shares of stones in contacts, and of people who change their speed; ranges of their mean
+deceleration [m/s²]."""
+WALKING_SPEED, WALKING_SPEED_SIGMA = 1.3, 0.35
+"""Mean and standard deviation of the speed of walking people [m/s]."""
+NOISE_AFTER_BLUR = 0.45
+"""Share of the noise after a blur over three pixels; compressed grain is not white."""
+BLOB_RIM_PX = 1.5
+"""Width of the blurred rim of a blob that the threshold includes [px]."""
+PLAIN_NOISE = 12.0
+"""Standard error of a pixel in the comparison of pictures with stones [grey levels]."""
+GRANITE_SPREAD = (15.0, 4.0, 4.0)
+"""Difference of another stone's granite from that of the thrown one, in brightness and two colour
+differences [grey levels]: other granite, or other light at its place."""
+USUAL_HANDLE, HANDLE_SPREAD = (110.0, 0.0, 0.0), (60.0, 60.0, 60.0)
+"""Mean and standard deviation of the colours of handles [grey levels]."""
+CAMERA_HEIGHTS = (2.5, 25.0)
+"""Range of heights of cameras above a rink [m]."""
+MIN_LOG_HEIGHT_SIGMA = 0.05
+"""Minimum standard error of the logarithm of the height: it depends on the height of a stone's
+widest place, which is known to 3 mm of 57."""
+KNOWN_HEADING_SIGMA = 0.15
+"""Standard error of a heading that is known at the beginning, as after a contact [rad]."""
+INDEPENDENT_VIEW = np.pi / 4
+"""Minimum turn of a handle between pictures with independent model errors [rad]."""
+MIN_INDEPENDENT_VIEWS = 3
+"""Minimum assumed number of independent views."""
+SMALL_STONE_ERROR_PX = 0.075
+"""`camera.tuning.EDGE_ERROR_PX` for a stone with a radius of one pixel. It falls with the radius,
+because the fewer pixels a stone has, the more of them are mixed with the ice."""
+HIDDEN_ERROR_PX = 0.1
+"""Error of a position in the picture due to partial occlusion, per root of the occluded share [px]:
+in a single frame, and common to its neighbours. In addition to the median error of each film's free
+rows, it was 0.05 px for a fifth and 0.09 px for a half."""
+LARGER_COORDINATE_SHARE = 0.7
+"""Minimum share of the larger coordinate's variance in the common `sigma_xy`, so that 95 % of all
+coordinates are in their intervals even if the errors differ."""
+HANDLE_ERROR_PX = 0.35
+"""Systematic error of a handle's picture across its length [px], constant at rest. It was 0.34 px
+(root mean square) for 16 stones in films of 405 to 720 lines."""
+HANDLE_TILT_ERROR = 0.008
+"""Error of the height of one end of a handle [m]. In a low view that looks like a rotation of the
+handle."""
+DROPPED_CHANGE = 6.0
+"""Approximate maximum change that a codec drops when it repeats pixels [grey levels]. In fourteen
+films, compressed in six ways, the lag of stones corresponded to 0 to 15 at their rim, with a median
+of 6."""
+BLOCK_ERROR = 5.0
+"""Factor on the error of a stone with repeated pixels, whose errors are common, over that of
+independent errors. It was 4 to 6 in films compressed at quality 23 to 33, at any speed, on any
+paint, mostly along the line of sight."""
+MISFIT_ERROR = 2.0
+"""Standard error of positions off the path, as a share of their maximum distance from it."""
 
-# --- contacts -------------------------------------------------------------------------------------
+# --- numerics: sizes of samples, steps, and settings of searches ----------------------------------
 
-CONTACT_WITHIN = 1.5
-"""Maximum time of extrapolation to a contact [s]."""
+LONGEST_GAP, LONGEST_GAP_FRAMES = 4.0, 10
+"""Longest gap between two detections of one path [s], and in sampled frames."""
 CONTACT_FITS = 8
 """Number of measurements of the extrapolation."""
-GRAZES = 0.03
-"""Tolerance of a path that counts as a contact [m]."""
 DENSE_STEP, DENSE_BEFORE, DENSE_AFTER = 0.12, 1.0, 4.0
 """Time between frames around a contact, and their range before and after it [s]."""
-SAME_PLACE = 0.2
-"""Maximum distance between positions of the same stone [m]."""
-REACH = 0.4
-"""Maximum distance of a coarse path from a stone that it may have touched [m]."""
-LEAST_RESTING_VISIBLE, MOST_UNEXPLAINED = 0.6, 0.85
-"""Minimum visible share of a resting stone, and maximum unexplained share."""
 END_FRAMES = 3
 """Number of last frames; a stone seen at rest in one of them stays."""
 LINK_FITS = 5
 """Number of detections that guide a path to a contact."""
-LINK_GATE = 20.0
-"""Maximum squared distance of a detection from its stone [squared standard errors]."""
-COLLISION_TRANSFER, COLLISION_SIGMA = 0.93, 0.3
-"""Fraction of the approach speed transferred in a collision, and standard error of either velocity
-after it as a fraction of the speed."""
-REST_SPEED_SIGMA = 0.05
-"""Error of the position of a stone that seems to have stopped, per time [m/s]."""
-CONTACT_GATE = 0.1
-"""Addition to the gate of a fit around a contact [m]."""
-
-# --- recordings of many throws --------------------------------------------------------------------
-
 WINDOW = 45.0
 """Duration of film over which the ice is constant [s]."""
 AFTER_THROW = 4.0
@@ -106,58 +136,16 @@ LONGEST_SLIDE = 30.0
 """Maximum duration of a slide [s]."""
 ASKED_EVERY = 4
 """Number of looks per use of the network."""
-TURNS_BACK = 0.3
-"""Minimum distance of an object that is pushed back [m]."""
-LAY_UNTIL, FROM_REST = 2.5, 0.7
-"""Maximum time between a resting stone and a start at its place for the same stone [s], and maximum
-initial speed, as a share of its mean speed."""
-APART = 0.5
-"""Minimum time between two throws [s]."""
-RETURNS_FROM = 0.8
-"""Maximum distance between the start of a stone that is pushed back and the rest of the one before
-it [m]."""
-LEAST_SLIDES = 4
-"""Minimum number of sliding detections of a throw."""
-ICE = 0.05, 0.4
-"""Minimum and maximum deceleration of stones on any ice [m/s²]."""
-LEAST_THROW = 3.0
-"""Minimum path of a throw in a recording [m]."""
-JUDGED_ROWS, MOVING_SHARE, RESTED = 60, 0.95, 2.0
-"""Number of rows for the test of a track, share of its path during which it counts as moving, and
-minimum time at rest of a stone that has come to rest [s]."""
-WALKING_SIGMA = 0.02
-"""Standard deviation of the mean acceleration of walking people [m/s²]."""
-UNUSUAL, HIT_RANGE, HALT_RANGE = 0.1, 1.0, 0.4
-"""Shares of stones in contacts, and of people who change their speed; ranges of their mean
-deceleration [m/s²]."""
-WALKING_SPEED, WALKING_SPEED_SIGMA = 1.3, 0.35
-"""Mean and standard deviation of the speed of walking people [m/s]."""
-PUSHED = 0.3
-"""Minimum gain of speed of a stone that is moved [m/s]."""
-STANDING = 0.12
-"""Maximum speed over three frames of a stone at rest [m/s]."""
-
-ONE_THROW_SECONDS = 60.0
-"""Maximum duration of a film that is tracked whole, as one throw [s]."""
+JUDGED_ROWS = 60
+"""Number of rows for the test of a track."""
 LOOK_STEP = 0.4
 """Time between two looks at a long film with frequent key frames [s]."""
 MAX_KEY_GAP = 1.05
 """Maximum gap between key frames without decoding of others [s]."""
 FINE_LINES = 800
 """Maximum number of lines of a picture in a quick look; larger ones are halved."""
-
-# --- motion on the ice ----------------------------------------------------------------------------
-
 SQUARE_PX = 2
 """Side of the squares over which brightness is averaged [px]."""
-MIN_CHANGE = 12.0
-"""Minimum change of brightness, of 255, beyond the common change of the ice."""
-CHANGE_SIGMAS = 6.0
-"""Minimum change over the camera's noise."""
-MOVING_STONE_SHARE = 0.2
-"""Minimum changed share of a stone's picture."""
-MIN_CHANGED_SQUARES = 3
-"""Minimum number of changed squares."""
 LOOK_INTERVAL = 0.1
 """Minimum time between two looks at a stream [s]."""
 LEVEL_STEP, LEVEL_SQUARES = 7, 2000
@@ -166,9 +154,6 @@ squares."""
 COMPARED_AFTER = 2.0
 """Time between two compared looks [s]: far from the camera, a stone on its last metre moves by a
 pixel."""
-
-# --- the frames looked at first, and blobs before the empty ice -----------------------------------
-
 SAMPLE_FRAMES = 40
 """Number of frames, spread over the film, for the first search."""
 SAMPLE_BYTES = 375_000_000
@@ -181,65 +166,12 @@ KNOWN_LENS_MARGIN_PX = 12
 """Margin around the sheet for a known lens [px]."""
 UNKNOWN_LENS_MARGIN_PX = 48
 """Margin around the sheet for an unknown lens, with which the sheet may be displaced [px]."""
-PEOPLE_HEIGHT = 2.0
-"""Height up to which the surroundings of the sheet are kept, to include people completely [m]."""
-MIN_CONTRAST = 14.0
-"""Minimum difference of a blob from the empty ice, of 255 grey levels."""
-NOISY = 12.0
-"""Noise above which pictures are blurred before the search for blobs [grey levels]."""
-NOISE_AFTER_BLUR = 0.45
-"""Share of the noise after a blur over three pixels; compressed grain is not white."""
-CORE_CONTRAST_SHARE = 0.5
-"""Minimum contrast of a blob's solid core, as a share of its maximum; shadows and reflections have
-less.
-"""
 MAX_CORE_BOX_PX = 40_000
 """Maximum area of the box of a blob whose core is computed."""
-HANDLE_RISE = 0.06
-"""Approximate height of a handle above the body [m]."""
-MAX_SHADOW_GROWTH = 2.5
-"""Maximum enlargement of a stone's blob by shadow and reflection."""
-MAX_SIZE_RATIO = 2.2
-"""Maximum ratio of the sizes of a blob and a stone in its place, either way."""
-BLOB_RIM_PX = 1.5
-"""Width of the blurred rim of a blob that the threshold includes [px]."""
-
-# --- the look of a stone --------------------------------------------------------------------------
-
-MIN_LEARNING_LIKENESS = 0.3
-"""Minimum similarity of sightings for the estimation of the appearance."""
-MAX_UNEXPLAINED = 0.2
-"""Maximum unexplained share of the difference from the empty ice. Stones have 0.04 to 0.1; people
-have 0.3 to 0.5."""
-PEOPLE_NEAR = 1.5
-"""Maximum distance of a person who may be mistaken for a stone, or hide it [m]."""
-FRAMES_WITH_PEOPLE = 3
-"""Track by appearance if people are near in at least this many sampled frames."""
-PLAIN_NOISE = 12.0
-"""Standard error of a pixel in the comparison of pictures with stones [grey levels]."""
-CLEAR_PICTURE, LEAST_CLEAR = 0.1, 8
-"""Maximum unexplained share of a clear picture, and minimum number of pictures for an estimate; if
-fewer are clear, the clearest of the whole path are added."""
-AGREEING_SHARE = 0.95
-"""Minimum share of common positions of two paths of one stone, and minimum share of frames with a
-sighting for a stone that is alone all the way. Films with people have 1.0 if the stone is always
-alone in the picture, and at most 0.66 with sweepers."""
-CLEAR_FRONT = 12.0
-"""Minimum excess misfit of every other heading of a handle [squared standard errors]."""
+LEAST_CLEAR = 8
+"""Minimum number of pictures for an estimate; if fewer are clear, the clearest are added."""
 COLOUR_ROUNDS = 3
 """Number of rounds of the fit of a resting stone's colours, each with fewer outliers."""
-GRANITE_SPREAD = (15.0, 4.0, 4.0)
-"""Difference of another stone's granite from that of the thrown one, in brightness and two colour
-differences [grey levels]: other granite, or other light at its place."""
-USUAL_HANDLE, HANDLE_SPREAD = (110.0, 0.0, 0.0), (60.0, 60.0, 60.0)
-"""Mean and standard deviation of the colours of handles [grey levels]."""
-
-# --- the camera, and the focal length that the paint leaves open ----------------------------------
-
-OPEN_FOCAL_SIGMA = 0.02
-"""Standard error of the log focal length above which pictures of the stone are used."""
-CAMERA_HEIGHTS = (2.5, 25.0)
-"""Range of heights of cameras above a rink [m]."""
 COARSE_HEIGHTS = 7
 """Number of heights tried first, evenly spaced in their inverse."""
 FINE_HEIGHT_STEPS = (-0.5, -0.25, 0.25, 0.5)
@@ -251,118 +183,150 @@ HEIGHT_PASSES = 3
 steps."""
 UNLIKELY_HEIGHT = 20.0
 """Maximum excess cost of heights that are tried again [squared standard errors]."""
-MIN_LOG_HEIGHT_SIGMA = 0.05
-"""Minimum standard error of the logarithm of the height: it depends on the height of a stone's
-widest place, which is known to 3 mm of 57."""
 LOW_HEIGHT = 4.0
 """Height of the camera whose pixels of the stone are used in the comparison [m]."""
 HEIGHT_CROPS = 12
 """Approximate number of pictures of stones in comparisons of heights."""
-STILL_PX = 0.5
-"""Maximum movement of a fixed camera since it was solved [px]."""
 SOLVING_FILMS = 3
 """Number of films from which a camera is solved."""
-
-# --- heading --------------------------------------------------------------------------------------
-
-MAX_CONTACT_DELAY = 0.4
-"""Maximum time from a contact until a stone is seen to have left its place [s]."""
 HEADING_VIEW_INTERVAL = 0.4
 """Time between the pictures that are compared at all headings [s]."""
-MIN_HEADING_VIEWS = 5
-"""Minimum number of such pictures for a heading."""
-MIN_LATER_VIEWS = 3
-"""The same if the initial heading is known, as after a contact."""
-KNOWN_HEADING_SIGMA = 0.15
-"""Standard error of that heading [rad]."""
-SPIN_CHANGE_AT_CONTACT = 2.5
-"""Standard deviation of the change of spin by the friction of the rims in a contact [rad/s]."""
-REPEATED_WAY = 0.05
-"""Minimum movement of a stone between independent pictures [m]."""
 SPINS_TRIED = np.linspace(-6.0, 6.0, 481)
 """Tried initial spins [rad/s]."""
-SPIN_DECAY_POWERS = (0.0, 0.15, 0.3, 0.5, 0.8)
-"""Range of the power of the speed with which the spin falls."""
 HEADING_WAVES = 6
 """Maximum number of waves per revolution for the picture of a two-ended handle."""
-MAX_VIEW_COST = 25.0
-"""Maximum misfit of a heading in a single picture: it may show a sweeper's foot."""
-HEADING_WANDER = 0.25
-"""Random drift of the heading from a steady law [rad/√s]."""
-HEADING_MATCH = 0.7
-"""Maximum deviation of a heading that agrees with the joint one [rad]."""
 HEADING_NEIGHBOURS = 1.5
 """Time within which pictures test the heading together [s]."""
-LEAST_NEAR = 0.7
-"""Minimum share of neighbouring frames near the joint heading; with fewer, they have strayed."""
-INDEPENDENT_VIEW = np.pi / 4
-"""Minimum turn of a handle between pictures with independent model errors [rad]."""
-MIN_INDEPENDENT_VIEWS = 3
-"""Minimum assumed number of independent views."""
-CLEAR_HEADING = 3.0
-"""Minimum advantage of a heading over its reverse, and over any other [standard errors]."""
-MAX_HEADING_GAP = 2.0
-"""Maximum time without a heading across which whole revolutions are counted [s]."""
-
-# --- uncertainty of a track -----------------------------------------------------------------------
-
-MIN_FITS = 5
-"""Minimum number of frames with measurements for a track."""
-SMALL_STONE_ERROR_PX = 0.075
-"""`camera.tuning.EDGE_ERROR_PX` for a stone with a radius of one pixel. It falls with the radius,
-because the fewer pixels a stone has, the more of them are mixed with the ice."""
-HIDDEN_ERROR_PX = 0.1
-"""Error of a position in the picture due to partial occlusion, per root of the occluded share [px]:
-in a single frame, and common to its neighbours. In addition to the median error of each film's free
-rows, it was 0.05 px for a fifth and 0.09 px for a half."""
 HIDDEN_NEIGHBOURS = 0.3
 """Range of neighbouring frames, before and after [s]."""
-LARGER_COORDINATE_SHARE = 0.7
-"""Minimum share of the larger coordinate's variance in the common `sigma_xy`, so that 95 % of all
-coordinates are in their intervals even if the errors differ."""
-HANDLE_ERROR_PX = 0.35
-"""Systematic error of a handle's picture across its length [px], constant at rest. It was 0.34 px
-(root mean square) for 16 stones in films of 405 to 720 lines."""
-HANDLE_TILT_ERROR = 0.008
-"""Error of the height of one end of a handle [m]. In a low view that looks like a rotation of the
-handle."""
-AGE_NEIGHBOURS = 0.5
-"""Range of frames, before and after, for the mean age of a stone's pixels [s]."""
-AGE_AIM_DISTANCE = 0.1
-"""Minimum movement of a stone that shows its direction [m]."""
 AGE_MARGIN_PX = 2
 """Width of the ring around a stone whose pixels are monitored [px]."""
-DROPPED_CHANGE = 6.0
-"""Approximate maximum change that a codec drops when it repeats pixels [grey levels]. In fourteen
-films, compressed in six ways, the lag of stones corresponded to 0 to 15 at their rim, with a median
-of 6."""
-BLOCK_ERROR = 5.0
-"""Factor on the error of a stone with repeated pixels, whose errors are common, over that of
-independent errors. It was 4 to 6 in films compressed at quality 23 to 33, at any speed, on any
-paint, mostly along the line of sight."""
+NEIGHBOURS = 0.5
+"""Range of neighbouring frames, before and after, for ages of pixels and misfits [s]."""
+
+# --- thresholds -----------------------------------------------------------------------------------
+
+LEAST_SPEED = 0.05
+"""Minimum speed of a moving stone in the association [m/s]."""
+SURE = 8.0
+"""Minimum log odds of a stone's path."""
+LEAST_WAY = 0.5
+"""Minimum path of a moving stone [m]."""
+GATE = 4.0
+"""Maximum innovation of a fit, or distance of two detections at one place [standard errors]."""
+LEAST_GATE, LEAST_GATE_PX = 0.03, 1.0
+"""Minimum gate of a fit [m], and in the picture [px]."""
+STILL_SCORE = 0.54
+"""Minimum log odds of a stone on unchanged ice."""
+LEAST_HEADINGS = 4
+"""Minimum number of pictures for a heading curve."""
+LOST = 0.5
+"""Maximum standard error of the predicted position of a stone that is searched for [m]."""
+CONTACT_WITHIN = 1.5
+"""Maximum time of extrapolation to a contact [s]."""
+SAME_PLACE = 0.2
+"""Maximum distance between positions of the same stone [m]; twice that for a coarse path of a stone
+that may have touched it."""
+LEAST_RESTING_VISIBLE, MOST_UNEXPLAINED = 0.6, 0.85
+"""Minimum visible share of a resting stone, and maximum unexplained share."""
+LINK_GATE = 20.0
+"""Maximum squared distance of a detection from its stone [squared standard errors]."""
+CONTACT_GATE = 0.1
+"""Addition to the gate of a fit around a contact [m]."""
+TURNS_BACK = 0.3
+"""Minimum distance of an object that is pushed back [m]."""
+LAY_UNTIL, FROM_REST = 2.5, 0.7
+"""Maximum time between a resting stone and a start at its place for the same stone [s], and maximum
+initial speed, as a share of its mean speed."""
+APART = 0.5
+"""Minimum time between two throws [s]."""
+RETURNS_FROM = 0.8
+"""Maximum distance between the start of a stone that is pushed back and the rest of the one before
+it [m]."""
+LEAST_SLIDES = 4
+"""Minimum number of sliding detections of a throw."""
+LEAST_THROW = 3.0
+"""Minimum path of a throw in a recording [m]."""
+RESTED = 2.0
+"""Minimum time at rest of a stone that has come to rest [s]."""
+PUSHED = 0.3
+"""Minimum gain of speed of a stone that is moved [m/s]."""
+STANDING = 0.12
+"""Maximum speed over three frames of a stone at rest [m/s]."""
+ONE_THROW_SECONDS = 60.0
+"""Maximum duration of a film that is tracked whole, as one throw [s]."""
+MIN_CHANGE = 12.0
+"""Minimum change of brightness, of 255, beyond the common change of the ice."""
+CHANGE_SIGMAS = 6.0
+"""The same over the noise of the camera."""
+MOVING_STONE_SHARE = 0.2
+"""Minimum changed share of a stone's picture."""
+MIN_CHANGED_SQUARES = 3
+"""Minimum number of changed squares."""
+MIN_CONTRAST = 14.0
+"""Minimum difference of a blob from the empty ice, of 255 grey levels."""
+NOISY = 12.0
+"""Noise above which pictures are blurred before the search for blobs [grey levels]."""
+CORE_CONTRAST_SHARE = 0.5
+"""Minimum contrast of a blob's solid core, as a share of its maximum; shadows and reflections have
+less.
+"""
+MAX_SHADOW_GROWTH = 2.5
+"""Maximum enlargement of a stone's blob by shadow and reflection."""
+MAX_SIZE_RATIO = 2.2
+"""Maximum ratio of the sizes of a blob and a stone in its place, either way."""
+MIN_LEARNING_LIKENESS = 0.3
+"""Minimum similarity of sightings for the estimation of the appearance."""
+MAX_UNEXPLAINED = 0.2
+"""Maximum unexplained share of the difference from the empty ice. Stones have 0.04 to 0.1; people
+have 0.3 to 0.5."""
+PEOPLE_NEAR = 1.5
+"""Maximum distance of a person who may be mistaken for a stone, or hide it [m]."""
+FRAMES_WITH_PEOPLE = 3
+"""Track by appearance if people are near in at least this many sampled frames."""
+CLEAR_PICTURE = 0.1
+"""Maximum unexplained share of a clear picture."""
+NEARLY_ALL = 0.95
+"""Share that counts as all: of frames with a sighting for a stone that is alone all the way (films
+with people have 1.0 if it is, and at most 0.66 with sweepers), and of the path of a stone that
+moves."""
+CLEAR_FRONT = 12.0
+"""Minimum excess misfit of every other heading of a handle [squared standard errors]."""
+OPEN_FOCAL_SIGMA = 0.02
+"""Standard error of the log focal length above which pictures of the stone are used."""
+STILL_PX = 0.5
+"""Maximum movement of a fixed camera since it was solved [px]."""
+MIN_LATER_VIEWS = 3
+"""The same for a heading that is known at the beginning, as after a contact."""
+REPEATED_WAY = 0.05
+"""Minimum movement of a stone between independent pictures [m]."""
+MAX_VIEW_COST = 25.0
+"""Maximum misfit of a heading in a single picture: it may show a sweeper's foot."""
+HEADING_MATCH = 0.7
+"""Maximum deviation of a heading that agrees with the joint one [rad]."""
+LEAST_NEAR = 0.7
+"""Minimum share of neighbouring frames near the joint heading; with fewer, they have strayed."""
+CLEAR_HEADING = 3.0
+"""Minimum advantage of a heading over its reverse, and over any other [standard errors]."""
+MIN_FITS = 5
+"""Minimum number of measurements for a track or a heading."""
+AGE_AIM_DISTANCE = 0.1
+"""Minimum movement of a stone that shows its direction [m]."""
 MAX_UNSEEN_TURN = 0.3
 """Maximum turn of a stone since its pixels last changed for a valid heading [rad]."""
-
-# --- which stone it is ----------------------------------------------------------------------------
-
 MIN_CHROMA = 25.0
 """Minimum saturation of a coloured handle [of 255]."""
 SAME_HUE = np.radians(35.0)
 """Maximum difference of the hues of one handle [rad]."""
-
-# --- misfits: motion that no free stone has -------------------------------------------------------
-
-MISFIT_AROUND, MISFIT_TIMES, LEAST_MISFIT = 0.5, 5.0, 0.02
-"""Time before and after an outlying measurement [s], and its minimum distance from the path through
-others: as a multiple of the film's median, and absolute [m]."""
-MISFIT_ERROR = 2.0
-"""Standard error of positions there, as a share of the maximum misfit."""
-MISFIT_REPORTED = 1.0
-"""Minimum duration of a reported misfit [s]."""
+MISFIT_TIMES, LEAST_MISFIT = 5.0, 0.02
+"""Minimum distance of an outlying measurement from the path through others: as a multiple of the
+film's median, and absolute [m]."""
+LONG = 1.0
+"""Maximum time without measurements, or off the path, that is bridged without a remark [s]."""
 SUDDEN_LOSS = 0.35
-"""Minimum loss of speed in a reported jump [m/s]..."""
+"""Minimum loss of speed in a reported jump [m/s]."""
 OUT_OF_HAND = 10.0
-"""... and distance along the sheet beyond which no hand holds the stone [m]."""
+"""Distance along the sheet beyond which no hand holds the stone [m]."""
 DECELERATION_AROUND, MOST_DECELERATION = 1.2, 0.2
 """Time before and after [s] over which deceleration is computed, and maximum deceleration of a
 sliding stone [m/s²]."""

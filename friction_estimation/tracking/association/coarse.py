@@ -11,7 +11,7 @@ import numpy as np
 from curling_env.typing import Flags, Floats, Integers
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking.association.paths import CARRIED, RESTING, Path
+from friction_estimation.tracking.association.paths import CARRIED
 from friction_estimation.tracking.detection.detections import Detections
 from friction_estimation.tracking.smoothing.misfits import smoothed_with_jump
 from friction_estimation.tracking.smoothing.smoother import SmoothPath, smooth_path
@@ -28,22 +28,18 @@ class CoarsePath:
     ----------
     t, xy, likeness : (n,) times [s], (n, 2) places [m] and (n,) likeness of its detections
     alone : (n,) whether nothing that moves touches it there
-    mode : (n,) mode at each of them
     smooth : the path through them, on a grid of times
     released : when the thrower lets go, at the latest [s]; -inf if it slides from the beginning
     contacts : about when it is hit or hits [s]
-    odds : log odds of a stone against clutter
     """
 
     t: Floats
     xy: Floats
     likeness: Floats
     alone: Flags
-    mode: Integers
     smooth: SmoothPath
     released: float
     contacts: tuple[float, ...]
-    odds: float
 
     def at(self, t: float) -> tuple[Floats, Floats, Floats]:
         """Place [m], velocity [m/s] and standard error [m] at a time, each (2,)."""
@@ -72,38 +68,25 @@ class CoarsePath:
         smooth = replace(self.smooth, place=moved(self.smooth.place))
         return replace(self, xy=moved(self.xy), smooth=smooth)
 
-    @property
-    def left(self) -> float:
-        """Time of the last detection at its first resting place [s]; -inf without one."""
-        if self.mode[0] != RESTING:
-            return -np.inf
-        moves = np.flatnonzero(self.mode != RESTING)
-        return float(self.t[moves[0] - 1]) if len(moves) else np.inf
-
-    @property
-    def way(self) -> float:
-        """Distance between the first and the last position [m]."""
-        return float(np.hypot(*(self.xy[-1] - self.xy[0])))
-
 
 def coarse_path(
-    path: Path, seen: Detections, last: float, contacts: Sequence[float] = ()
+    at: Integers, mode: Integers, seen: Detections, last: float, contacts: Sequence[float] = ()
 ) -> CoarsePath:
     """Fit a smooth path to the detections of one stone.
 
     Parameters
     ----------
-    path : its detections and modes
+    at, mode : (n,) indices of its detections, and its mode at each
     last : when the film ends [s]
     contacts : about when it hits or is hit [s]
     """
-    t, xy, sigma = seen.t[path.at], seen.xy[path.at], seen.sigma[path.at]
-    carried = np.flatnonzero(path.mode == CARRIED)
+    t, xy, sigma = seen.t[at], seen.xy[at], seen.sigma[at]
+    carried = np.flatnonzero(mode == CARRIED)
     released = float(t[carried[-1]]) if len(carried) else -np.inf
     grid = np.union1d(np.arange(0.0, last + _GRID, _GRID), t)
-    at = np.searchsorted(grid, t)
+    row = np.searchsorted(grid, t)
     measured, error = np.full((2, len(grid), 2), np.nan)
-    measured[at], error[at] = xy, sigma
+    measured[row], error[row] = xy, sigma
 
     def smoothed(*jumps: float) -> SmoothPath:
         return smooth_path(
@@ -114,11 +97,9 @@ def coarse_path(
     return CoarsePath(
         t=t,
         xy=xy,
-        likeness=seen.likeness[path.at],
-        alone=seen.alone[path.at],
-        mode=path.mode,
+        likeness=seen.likeness[at],
+        alone=seen.alone[at],
         smooth=smooth,
         released=released,
         contacts=tuple(contacts),
-        odds=path.odds,
     )

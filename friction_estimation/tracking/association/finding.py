@@ -17,7 +17,8 @@ from friction_estimation.tracking.association.coarse import coarse_path
 from friction_estimation.tracking.association.linking import RestingPlace, link, vacated_near
 from friction_estimation.tracking.association.paths import RESTING, Path, most_likely_paths
 from friction_estimation.tracking.detection.background import Background
-from friction_estimation.tracking.detection.detections import Detections, Detector, StoneFinder
+from friction_estimation.tracking.detection.detections import Detections, Detector
+from friction_estimation.tracking.detection.finder import NetworkFinder
 from friction_estimation.tracking.films.steady_film import SteadyFilm
 from friction_estimation.tracking.measuring.looks import SeenStone, crowded
 from friction_estimation.tracking.measuring.others import RestingStone
@@ -47,7 +48,6 @@ def find_stones(
     scene: Scene,
     camera: Camera,
     background: Background,
-    finder: StoneFinder | None,
 ) -> Iterator[FilmStones]:
     """Find all stones in the sampled frames, and in more around the contacts.
 
@@ -61,6 +61,7 @@ def find_stones(
     NoThrowError : nothing slides along the ice
     """
     model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
+    finder = NetworkFinder(camera, scene.sheet, model)
     detector = Detector(background, camera, model, scene.sheet, finder)
     seen = detector.detect(film.sample)
     paths = most_likely_paths(seen, scene.sheet.width * scene.sheet.length)
@@ -94,7 +95,10 @@ def _stones_of(
     places = _places(detector.at_rest, paths, seen)
     movers = link(thrown, places, seen, touching)
     last = float(film.sample[-1][0]) + 1.0
-    way, *hit = (coarse_path(one.as_path(thrown.odds), seen, last, one.contacts) for one in movers)
+    way, *hit = (
+        coarse_path(np.array(one.at), np.array(one.mode), seen, last, one.contacts)
+        for one in movers
+    )
     own = {id(one.rested): path for path, one in zip(hit, movers[1:], strict=True)}
     resting = [
         RestingStone(xy=place.xy, until=place.until, path=own.get(id(place))) for place in places

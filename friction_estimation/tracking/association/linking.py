@@ -56,11 +56,6 @@ class Mover:
     _p: Floats = field(default_factory=lambda: np.zeros((2, 3, 3)))
     _t: float = 0.0
 
-    def as_path(self, odds: float) -> Path:
-        """Return its detections as a path of the association with these log odds."""
-        gained = np.full(len(self.at), odds)
-        return Path(at=np.array(self.at), mode=np.array(self.mode), gained=gained)
-
     @property
     def place(self) -> Floats:
         """Place, (2,) [m]."""
@@ -142,7 +137,7 @@ def vacated_near(
     touching : distance of the centres of two stones that touch [m]
     """
     t, xy = seen.t[path.at], seen.xy[path.at]
-    reach = 3 * (touching + numbers.REACH)
+    reach = 3 * (touching + 2 * numbers.SAME_PLACE)
     left: list[RestingPlace] = []
     for place in places:
         around = np.abs(t - place.until) < 2 * numbers.CONTACT_WITHIN
@@ -190,8 +185,8 @@ def link(
             continue
         there, variance = seen.xy[here], seen.sigma[here] ** 2
         cost = np.array([one.cost(there, variance) for one in movers])
-        gate = np.array([one.misses(there, variance) for one in movers]) < numbers.LINK_GATE
-        cost = np.where(gate, cost - 2 * seen.score[here], _FAR)
+        misses = np.array([one.misses(there, variance) for one in movers])
+        cost = np.where(misses < numbers.LINK_GATE, cost - 2 * seen.score[here], _FAR)
         for row, column in zip(*linear_sum_assignment(cost), strict=True):
             if cost[row, column] < _FAR:
                 movers[row].add(int(here[column]), seen)
@@ -207,7 +202,7 @@ def _hit(movers: list[Mover], place: RestingPlace, touching: float) -> None:
     rested, when = place.xy, place.until + numbers.DENSE_STEP / 2
     striker = min(movers, key=lambda one: float(np.hypot(*(one.place - rested))))
     way = rested - striker.place
-    if np.hypot(*way) > touching + numbers.REACH:
+    if np.hypot(*way) > touching + 2 * numbers.SAME_PLACE:
         return
     velocity = striker.velocity
     speed = float(np.hypot(*velocity))

@@ -23,8 +23,6 @@ CARRIED, SLIDING, RESTING = 0, 1, 2
 _MODES = 3
 _STAYS = -0.1
 """Log probability that a mode continues."""
-_MOVES = 16.0
-"""Maximum distance of two detections at the same place [squared standard errors]."""
 _REPEATED = 0.25
 """Share of the variance of a detection that is common to others at the same place."""
 _AIM_SIGMA = 0.1
@@ -221,7 +219,7 @@ def _score_pairs(
         free = _gauss(x, y, sx + spread, sy + spread)
         way = math.sqrt(x * x + y * y)
         moves = way > numbers.LEAST_SPEED * dt and not still[k]
-        left = moves and x * x / sx + y * y / sy > _MOVES
+        left = moves and x * x / sx + y * y / sy > numbers.GATE**2
         begins = left and not still[j]
         value[e, CARRIED] = begin + free if begins else -np.inf
         value[e, SLIDING] = begin + free + _aim(x / dt, y / dt) if begins else -np.inf
@@ -276,7 +274,7 @@ def _score_pairs(
             hit = numbers.HIT + gain + _gauss(dx, dy, ex + jump, ey + jump)
             ax, ay = xy[k, 0] - rests[d, 0], xy[k, 1] - rests[d, 1]
             avx, avy = rests[d, 2] + variance[k, 0], rests[d, 3] + variance[k, 1]
-            gone = moves and ax * ax / avx + ay * ay / avy > _MOVES
+            gone = moves and ax * ax / avx + ay * ay / avy > numbers.GATE**2
             for m in (SLIDING, RESTING):
                 v = value[d, m] + hit
                 free = left if m == SLIDING else gone and (leaves[j] or not still[j])

@@ -23,7 +23,7 @@ from friction_estimation.tracking.association.paths import (
     most_likely_paths,
 )
 from friction_estimation.tracking.detection.background import find_background, sheet_region
-from friction_estimation.tracking.detection.detections import Detections, Detector, StoneFinder
+from friction_estimation.tracking.detection.detections import Detections, Detector
 from friction_estimation.tracking.detection.finder import NetworkFinder
 from friction_estimation.tracking.films.motion_detector import MotionDetector
 from friction_estimation.tracking.films.quick_looks import looks, parts_for
@@ -89,7 +89,7 @@ def find_throws(
     )
     model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
     region = sheet_region(small, scene.sheet)
-    finder: StoneFinder = NetworkFinder(small, scene.sheet, model, quick=True)
+    finder = NetworkFinder(small, scene.sheet, model, quick=True)
     seen: Detections | None = None
     detector: Detector | None = None
     for frames in _windows(film, MotionDetector.for_camera(camera, scene), parts, progress):
@@ -132,7 +132,7 @@ def _windows(
     label, count = f"look through {film.path.name}", film.frame_count
     frames: list[tuple[float, Image]] = []
     moves = False
-    for look in looks(film, high=film.duration):
+    for look in looks(film):
         progress(label, min(round(look.t * film.fps), count), count)
         if frames and look.t > frames[0][0] + numbers.WINDOW:
             if moves:
@@ -418,7 +418,7 @@ def moved(track: Trajectory) -> str:
     rows = np.arange(0, len(track), max(1, len(track) // numbers.JUDGED_ROWS))
     t, xy = track.t[rows], track.xy[rows]
     way = np.hypot(*(xy - xy[0]).T)
-    moving = way < numbers.MOVING_SHARE * way[-1]
+    moving = way < numbers.NEARLY_ALL * way[-1]
     t, xy = t[moving], xy[moving]
     error = np.full(xy.shape, numbers.DETECTION_M)
     if len(track.sigma_xy):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +16,13 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.detection.background import Background, Blob, moving_blobs
+from friction_estimation.tracking.detection.finder import NetworkFinder
 from friction_estimation.tracking.detection.sightings import is_larger, sighting_of
 
 _LEAST_LIKENESS = 0.03
 """Minimum similarity of a candidate to a stone."""
 _CLEAR_LIKENESS = 0.5
 """Minimum similarity of a blob that needs no finder."""
-_SAME = 0.2
-"""Maximum distance between detections of the same stone [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,23 +88,6 @@ class Detections:
         )
 
 
-class StoneFinder(Protocol):
-    """A function that finds stones in a picture, such as a trained network.
-
-    Parameters
-    ----------
-    picture : (height, width, 3) BGR
-    boxes : (k, 2, 2) the parts that are searched, each by its upper left and lower right corner
-        [px]; None: all of it
-
-    Returns
-    -------
-    (n, 2) places on the ice [m] and (n,) log odds of a stone
-    """
-
-    def __call__(self, picture: Image, boxes: Floats | None = None, /) -> tuple[Floats, Floats]: ...
-
-
 class Detector:
     """Detector of candidates for stones in the frames of one film.
 
@@ -118,7 +100,7 @@ class Detector:
     camera : the film's camera
     model : the shape of a stone
     sheet : the ice
-    finder : finds stones in pictures; None: only what moves alone is found
+    finder : finds stones in pictures
     every : the finder is asked in one of this number of frames
     before : of an earlier part of the film; on ice that is as it was then, so are the stones
     """
@@ -129,7 +111,7 @@ class Detector:
         camera: Camera,
         model: StoneModel,
         sheet: Sheet,
-        finder: StoneFinder | None = None,
+        finder: NetworkFinder,
         *,
         every: int = 1,
         before: Detector | None = None,
@@ -193,7 +175,7 @@ class Detector:
         unclear = np.array(
             [one is None or one.likeness < _CLEAR_LIKENESS for one in seen], dtype=bool
         )
-        if self._finder is not None and unclear.any() and k % self._every == 0:
+        if unclear.any() and k % self._every == 0:
             for xy, score in zip(*self._finder(frame, moved[unclear]), strict=True):
                 if _apart(xy, [other.xy for other in here]) and _apart(xy, self._still.places):
                     like = _likeness_of(float(score))
@@ -248,7 +230,7 @@ def _still(
     background: Background,
     camera: Camera,
     model: StoneModel,
-    finder: StoneFinder | None,
+    finder: NetworkFinder,
     known: tuple[Background, _Still] | None,
 ) -> _Still:
     """Return the stones on the still ice.
@@ -258,8 +240,6 @@ def _still(
     known : the ice of an earlier part of the film and what was on it, which holds where the ice has
         not changed; None: all of it is searched
     """
-    if finder is None:
-        return _Still()
     whole = np.zeros((camera.size[1], camera.size[0], 3), dtype=np.uint8)
     whole[background.slices] = background.flat
     boxes: Floats | None = None
@@ -313,7 +293,7 @@ def _box(blob: Blob) -> Floats:
 
 def _apart(xy: Floats, others: Sequence[Floats]) -> bool:
     """Return whether a position differs from all others."""
-    return all(np.hypot(*(xy - other)) > _SAME for other in others)
+    return all(np.hypot(*(xy - other)) > numbers.SAME_PLACE for other in others)
 
 
 def _touching(px: Floats, boxes: Floats) -> Flags:

@@ -16,7 +16,7 @@ HIGHEST_SCORE = 0.999
 
 
 class NetworkFinder:
-    """`StoneFinder` that uses the network.
+    """Finder of stones in a picture, or in parts of one.
 
     Parameters
     ----------

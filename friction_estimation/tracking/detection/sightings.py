@@ -29,22 +29,16 @@ class Sighting:
 
     Parameters
     ----------
-    frame : index of the frame among those that were looked through
-    t : time since the film began [s]
     xy : (2,) centre on the ice [m]
     likeness : 1 for exactly the size and shape of a stone in that place, towards 0 otherwise
-    theta : heading of its handle [rad]; NaN where it was not looked for
     """
 
-    frame: int
-    t: float
     xy: Floats
     likeness: float
-    theta: float = np.nan
 
 
 def sighting_of(blob: Blob, camera: Camera, model: StoneModel, sheet: Sheet) -> Sighting | None:
-    """Interpret a blob as a stone on the ice, with its similarity; frame and time are 0.
+    """Interpret a blob as a stone on the ice, with its similarity.
 
     The blob may be the body alone, the body with its handle, or both with part of the reflection in
     the ice, whichever fits best. None for a blob off the ice, or with another size or shape.
@@ -107,7 +101,7 @@ def _as_stone(
     )
     if not misfit <= math.log(ratio):
         return None
-    return Sighting(frame=0, t=0.0, xy=xy, likeness=math.exp(-((misfit / 0.45) ** 2)))
+    return Sighting(xy=xy, likeness=math.exp(-((misfit / 0.45) ** 2)))
 
 
 def is_larger(blob: Blob, camera: Camera, model: StoneModel) -> bool:

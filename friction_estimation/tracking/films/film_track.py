@@ -10,13 +10,12 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Integers
 from friction_estimation.appearance import Appearance
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.refinement import RefinedCamera
+from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.film.stabilisation import Stabiliser
+from friction_estimation.tracking import numbers
 
 HANDLE = 4
 """Row of the handle among the colours of an appearance."""
-HIDDEN_LONG = 1.0
-"""Minimum time without the stone that is reported as hidden [s]."""
 STILL_SLIDES = 0.15
 """Minimum final speed of a stone that has not come to rest [m/s]."""
 
@@ -82,11 +81,11 @@ class FilmTrack:
     def not_seen(self) -> str:
         """Times at which the stone slid unseen, in words; empty if it was seen all the way."""
         t, velocity = self.trajectory.t, self.velocity[-1]
-        long = np.flatnonzero(np.diff(t) > HIDDEN_LONG)
+        long = np.flatnonzero(np.diff(t) > numbers.LONG)
         parts = [f"from {t[k]:.1f} to {t[k + 1]:.1f} s" for k in long]
         a_second = (self.frame[-1] - self.frame[0]) / max(t[-1] - t[0], 1e-9)
-        ahead = np.array([[*(self.trajectory.xy[-1] + HIDDEN_LONG * velocity), 0.0]])
-        filmed_on = self.frame_count - self.frame[-1] > HIDDEN_LONG * a_second
+        ahead = np.array([[*(self.trajectory.xy[-1] + numbers.LONG * velocity), 0.0]])
+        filmed_on = self.frame_count - self.frame[-1] > numbers.LONG * a_second
         if filmed_on and np.hypot(*velocity) > STILL_SLIDES and self.camera.sees(ahead)[0]:
             parts.append(f"from {t[-1]:.1f} s on, while it still moves")
         return " and ".join(parts)

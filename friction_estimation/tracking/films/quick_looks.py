@@ -16,7 +16,6 @@ from curling_env.typing import Image
 from friction_estimation.film.decoding import (
     decoded,
     opened,
-    seek_before,
     stamp,
     timestamp_of,
     timetable_of,
@@ -60,8 +59,8 @@ class Look:
         return self.stored.rotation // 90 % 4
 
 
-def looks(film: Film, low: float = 0.0, high: float = np.inf) -> Iterator[Look]:
-    """Yield frames from one time to another [s], some in every second.
+def looks(film: Film) -> Iterator[Look]:
+    """Yield frames of a film, some in every second.
 
     These are key frames if there are enough, so that no others are decoded.
     """
@@ -69,8 +68,6 @@ def looks(film: Film, low: float = 0.0, high: float = np.inf) -> Iterator[Look]:
     with opened(film.path) as (container, stream):
         tick = float(unit) / film.slow
         begin = moments[film.first] if moments else None
-        if moments and low > 0:
-            seek_before(container, stream, moments[film.first] + round(low / tick))
         far_apart = numbers.MAX_KEY_GAP / tick
         codec = stream.codec_context
         codec.skip_frame = "NONREF"
@@ -92,7 +89,7 @@ def looks(film: Film, low: float = 0.0, high: float = np.inf) -> Iterator[Look]:
             return False
 
         last = -np.inf
-        until = None if np.isinf(high) or begin is None else begin + round(high / tick)
+        until = None if begin is None else begin + round(film.duration / tick)
         index = -1
         for frame, damaged in decoded(container, stream, wanted, until):
             index += 1
@@ -101,7 +98,7 @@ def looks(film: Film, low: float = 0.0, high: float = np.inf) -> Iterator[Look]:
             t = stamp(frame, stream, begin) / film.slow
             if np.isnan(t) or film.fps_given:
                 t = index / film.fps
-            if t >= last + numbers.LOOK_STEP - 0.5 / film.fps and low <= t <= high:
+            if t >= last + numbers.LOOK_STEP - 0.5 / film.fps and 0.0 <= t <= film.duration:
                 last = t
                 yield Look(t=t, stored=frame)
 

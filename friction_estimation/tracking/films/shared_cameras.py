@@ -25,7 +25,8 @@ from curling_env.infrastructure.files.writing import fitted, note_rewritten
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import FreeLens, Lens
-from friction_estimation.camera.refinement import RefinedCamera, displacement, refine_again
+from friction_estimation.camera.refined import RefinedCamera
+from friction_estimation.camera.refinement import displacement, refine_again
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import numbers

@@ -8,12 +8,8 @@ from pathlib import Path
 from curling_env.errors import InputError
 from curling_env.typing import Image
 from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.camera.refinement import (
-    RefinedCamera,
-    displacement,
-    refine,
-    unrefined,
-)
+from friction_estimation.camera.refined import RefinedCamera, unrefined
+from friction_estimation.camera.refinement import displacement, refine
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.deflicker import deflicker_for
 from friction_estimation.film.frame import Frame, LazyFrame

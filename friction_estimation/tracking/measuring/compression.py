@@ -46,8 +46,8 @@ class Ages:
 
     def around(self, t: Floats) -> Ages:
         """Return means over the frames around other times [s]; 0 without data."""
-        first = np.searchsorted(self.t, t - numbers.AGE_NEIGHBOURS, side="left")
-        last = np.searchsorted(self.t, t + numbers.AGE_NEIGHBOURS, side="right")
+        first = np.searchsorted(self.t, t - numbers.NEIGHBOURS, side="left")
+        last = np.searchsorted(self.t, t + numbers.NEIGHBOURS, side="right")
 
         def mean(values: Floats) -> Floats:
             total = np.concatenate([[0.0], np.cumsum(values)])

@@ -30,7 +30,7 @@ def contact_time(
     away = np.array([np.hypot(*(xy - rested)) for _, xy in seen])
     if not len(away):
         return None
-    met = np.flatnonzero(away < touching + numbers.GRAZES)
+    met = np.flatnonzero(away < touching + numbers.DETECTION_M)
     nearest = int(met[0]) if len(met) else int(np.argmin(away))
     seen = seen[max(nearest - numbers.CONTACT_FITS, 0) : nearest]
     if len(seen) < 3:
@@ -43,6 +43,6 @@ def contact_time(
         return None
     until = -float(start @ velocity) / square
     aside = float(start @ start) - until**2 * square
-    if aside > (touching + numbers.GRAZES) ** 2:
+    if aside > (touching + numbers.DETECTION_M) ** 2:
         return None
     return float(t[-1] + until - np.sqrt(max(touching**2 - aside, 0.0) / square))

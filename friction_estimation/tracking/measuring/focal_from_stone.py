@@ -24,7 +24,7 @@ from friction_estimation.appearance import (
     learn_appearance,
 )
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.refinement import RefinedCamera, log_height_prior
+from friction_estimation.camera.refined import RefinedCamera, log_height_prior
 from friction_estimation.camera.tuning import CAMERA_HEIGHT_PRIOR
 from friction_estimation.tracking import numbers
 

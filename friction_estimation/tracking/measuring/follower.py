@@ -20,9 +20,6 @@ from friction_estimation.tracking.measuring.heading import HeadingCurve
 from friction_estimation.tracking.measuring.measurements import Measurements
 from friction_estimation.tracking.measuring.others import OtherStone
 
-_STALE = 1.0
-"""Maximum time unseen for a prediction by the motion model; later the coarse path is used [s]."""
-
 
 @dataclass(eq=False)
 class Follower:
@@ -102,7 +99,7 @@ class Follower:
                 self._update(t, fit)
                 return fit
             near = np.hypot(*away) < options.gate + 2 * pixel
-            if near and not self.people and t - self._seen < _STALE:
+            if near and not self.people and t - self._seen < numbers.LONG:
                 strays.append(fit)
         if not strays:
             return None
@@ -114,7 +111,7 @@ class Follower:
     def posed(self, t: float) -> PosedStone:
         """Expected pose in a frame, for its neighbours."""
         place = self.path.at(t)[0]
-        if t - self._seen < _STALE:
+        if t - self._seen < numbers.LONG:
             place = self._state[:, 0]
         return PosedStone(look=self.appearance, pose=np.array([*place, self._heading(t)]))
 
@@ -123,7 +120,7 @@ class Follower:
 
     def _predict(self, t: float) -> bool:
         """Predict the state at a time [s]; returns whether it is known."""
-        if t - self._seen > _STALE:
+        if t - self._seen > numbers.LONG:
             return False
         velocity = self._state[:, 1]
         speed = float(np.hypot(*velocity))
@@ -145,7 +142,7 @@ class Follower:
         return True
 
     def _update(self, t: float, fit: StoneFit) -> None:
-        if t - self._seen > _STALE:
+        if t - self._seen > numbers.LONG:
             _, velocity, _ = self.path.at(t)
             self._state[:, 0], self._state[:, 1], self._state[:, 2] = fit.xy, velocity, 0.0
             self._p[:] = np.diag([1.0, 0.3**2, numbers.DECELERATION_SIGMA**2])

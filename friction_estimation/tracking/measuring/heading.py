@@ -128,9 +128,7 @@ class HeadingCurve:
         """Return whether the curve is trusted at times [s], (n,)."""
         after = np.clip(np.searchsorted(self._t, t), 1, len(self._t) - 1)
         nearest = np.where(t - self._t[after - 1] < self._t[after] - t, after - 1, after)
-        return self._trusted[nearest] & (
-            np.abs(t - self._t[nearest]) <= numbers.MAX_HEADING_GAP / 2
-        )
+        return self._trusted[nearest] & (np.abs(t - self._t[nearest]) <= numbers.LONG)
 
 
 def headings_near(
@@ -185,7 +183,7 @@ def unseen_turn(curve: HeadingCurve, t: Floats, speed: Floats, age: Floats) -> F
 def _longest_stretch(t: Floats, trusted: Flags) -> Flags:
     """Return the longest stretch of trusted frames without a long gap."""
     at = np.flatnonzero(trusted)
-    stretches = np.split(at, np.flatnonzero(np.diff(t[at]) > numbers.MAX_HEADING_GAP) + 1)
+    stretches = np.split(at, np.flatnonzero(np.diff(t[at]) > 2 * numbers.LONG) + 1)
     kept = np.zeros(len(t), dtype=bool)
     kept[max(stretches, key=len)] = True
     return kept
@@ -206,7 +204,7 @@ def fit_heading_curve(
     None where the pictures show no heading, or do not tell the front of the handle from its rear.
     """
     times = np.array(views.t)
-    least = numbers.MIN_HEADING_VIEWS if known is None else numbers.MIN_LATER_VIEWS
+    least = numbers.MIN_FITS if known is None else numbers.MIN_LATER_VIEWS
     if len(times) < least:
         return None
     counts = _counts(times, t, speed)
@@ -223,7 +221,7 @@ def fit_heading_curve(
     independent = numbers.MIN_INDEPENDENT_VIEWS + min(np.ptp(times), rotation)
     own = slice(0 if known is None else 1, None)
     seen = excess[own]
-    if len(seen) >= 2 * numbers.MIN_HEADING_VIEWS:
+    if len(seen) >= 2 * numbers.MIN_FITS:
         by_others = _predicted_headings(times, waves, t, speed, known)
         seen = _cost_at(waves, by_others[:, None] + _ANGLES) - _cost_at(waves, by_others)[:, None]
         seen = seen[own]

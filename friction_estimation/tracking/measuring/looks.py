@@ -26,7 +26,8 @@ from friction_estimation.appearance import (
     unexplained_share,
 )
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.refinement import RefinedCamera, refine_at_focal
+from friction_estimation.camera.refined import RefinedCamera
+from friction_estimation.camera.refinement import refine_at_focal
 from friction_estimation.camera.scene import Scene
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.association.coarse import CoarsePath
@@ -134,7 +135,7 @@ def crowded(path: CoarsePath, seen: Detections, camera: Camera) -> bool:
     first_hit = min(path.contacts, default=np.inf)
     places = np.array([[*path.at(t)[0], 0.0] for t in seen.times if t < first_hit])
     expected = camera.sees(places).sum()
-    if path.alone[path.t < first_hit].sum() >= numbers.AGREEING_SHARE * expected:
+    if path.alone[path.t < first_hit].sum() >= numbers.NEARLY_ALL * expected:
         return False
     near: set[float] = set()
     for t, box in seen.crowds:

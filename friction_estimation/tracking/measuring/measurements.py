@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 from friction_estimation.appearance import (
     Appearance,
-    Crop,
     PosedStone,
     StoneFit,
     heading_costs,
@@ -31,14 +30,12 @@ class Measurements:
     fits : (n,) measurements; None where the stone was not seen
     views : what pictures show of its heading
     ages : how old the pixels of its pictures are
-    view_interval : time between those pictures [s]
     """
 
     t: list[float] = field(default_factory=list)
     fits: list[StoneFit | None] = field(default_factory=list)
     views: HeadingViews = field(default_factory=HeadingViews)
     ages: PixelAges = field(default_factory=PixelAges)
-    view_interval: float = numbers.HEADING_VIEW_INTERVAL
 
     @property
     def seen(self) -> int:
@@ -54,29 +51,24 @@ class Measurements:
         camera: Camera,
         appearance: Appearance,
         others: Sequence[PosedStone] = (),
-    ) -> Crop | None:
+    ) -> None:
         """Add a frame: its time, the measurement, and for some frames the view of the handle.
 
         Parameters
         ----------
         others : the stones around it, where they are in this frame
-
-        Returns
-        -------
-        the picture that shows its heading; None where the frame adds none
         """
         self.t.append(t)
         self.fits.append(fit)
         if fit is None:
-            return None
+            return
         self.ages.add(t, fit.xy, frame, background, camera, appearance.model)
         if not appearance.has_handle:
-            return None
-        if self.views.t and t < self.views.t[-1] + self.view_interval:
-            return None
+            return
+        if self.views.t and t < self.views.t[-1] + numbers.HEADING_VIEW_INTERVAL:
+            return
         crop = heading_crop(
             frame, fit.xy, background.channels, background.origin_px, camera, appearance, others
         )
         if crop is not None:
             self.views.add(t, heading_costs(crop, appearance))
-        return crop

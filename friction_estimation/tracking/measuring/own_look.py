@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from curling_env.typing import Flags, Floats
+from curling_env.typing import Floats
 from friction_estimation.appearance import Appearance
 from friction_estimation.appearance.crops import (
     Crop,
@@ -40,7 +39,7 @@ class OwnLook:
     clear: bool
 
 
-def own_look(crop: Crop, thrown: Appearance, hidden: Flags | None = None) -> OwnLook:
+def own_look(crop: Crop, thrown: Appearance) -> OwnLook:
     """Estimate the appearance of the stone in a picture, with its heading.
 
     All stones have similar granite, and the colours of handles are limited to those that film can
@@ -50,16 +49,15 @@ def own_look(crop: Crop, thrown: Appearance, hidden: Flags | None = None) -> Own
     ----------
     crop : the picture; its place is nearly right
     thrown : the look of the thrown stone
-    hidden : (n,) the pixels that count for nothing; None: all count
     """
     placed = replace(crop, pose=np.array([*crop.pose[:2], 0.0]))
     if not thrown.has_handle:
-        return OwnLook(look=coloured([placed], thrown, hidden)[0], heading=0.0, clear=False)
+        return OwnLook(look=_coloured(placed, thrown)[0], heading=0.0, clear=False)
     headings = np.linspace(-np.pi, np.pi, HEADINGS_TRIED, endpoint=False)
     found: list[tuple[Appearance, float]] = []
     for heading in headings:
         placed.pose[2] = heading
-        found.append(coloured([placed], thrown, hidden))
+        found.append(_coloured(placed, thrown))
     costs = np.array([cost for _, cost in found])
     best = int(np.argmin(costs))
     away = np.abs(np.angle(np.exp(1j * (headings - headings[best]))))
@@ -71,51 +69,31 @@ def own_look(crop: Crop, thrown: Appearance, hidden: Flags | None = None) -> Own
     )
 
 
-def coloured(
-    crops: Sequence[Crop], thrown: Appearance, hidden: Flags | None = None
-) -> tuple[Appearance, float]:
-    """Return a stone's look in its most likely colours, and the misfit [squared standard errors].
-
-    Parameters
-    ----------
-    crops : pictures of the stone, with its poses
-    thrown : the look of the thrown stone
-    hidden : (n,) pixels of each picture that count for nothing; None: all count
+def _coloured(crop: Crop, thrown: Appearance) -> tuple[Appearance, float]:
+    """Return the look of a stone in its most likely colours, and the misfit of its picture [squared
+    standard errors].
     """
-    covers = [coverage(crop, thrown) for crop in crops]
+    cover = coverage(crop, thrown)
     usual, spread = _usual(thrown)
     active = len(PARTS) if thrown.has_handle else len(PARTS) - 1
     colours = usual.copy()
-    counts = 1.0 if hidden is None else (~hidden).astype(np.float64)
+    rest = crop.pixels - composite(cover, crop.background, np.zeros_like(colours))
     for _ in range(numbers.COLOUR_ROUNDS):
-        normal = np.zeros((3, active, active))
-        right = np.zeros((3, active))
-        for crop, cover in zip(crops, covers, strict=True):
-            rest = composite(cover, crop.background, np.zeros_like(colours))
-            shown = composite(cover, crop.background, colours)
-            weight = counts * robust_weights(crop.pixels - shown, thrown.noise) / PIXEL_CORRELATION
-            for channel in range(3):
-                share = light_of_parts(cover, channel)[:, :active]
-                result = (share * weight[:, None]).T / thrown.noise[channel] ** 2
-                normal[channel] += result @ share
-                right[channel] += result @ (crop.pixels - rest)[:, channel]
+        shown = composite(cover, crop.background, colours)
+        weight = robust_weights(crop.pixels - shown, thrown.noise) / PIXEL_CORRELATION
         for channel in range(3):
+            share = light_of_parts(cover, channel)[:, :active]
+            result = (share * weight[:, None]).T / thrown.noise[channel] ** 2
             believed = spread[:active, channel] ** -2.0
             colours[:active, channel] = np.linalg.solve(
-                normal[channel] + np.diag(believed),
-                right[channel] + believed * usual[:active, channel],
+                result @ share + np.diag(believed),
+                result @ rest[:, channel] + believed * usual[:active, channel],
             )
         if thrown.has_handle:
             colours[HANDLE] = _filmable(colours[HANDLE])
     look = replace(thrown, colours=colours)
     misfit = float((((colours - usual) / spread)[:active] ** 2).sum())
-    for crop, cover in zip(crops, covers, strict=True):
-        placed = crop
-        if hidden is not None and hidden.any():
-            shown = composite(cover, crop.background, colours)
-            placed = replace(crop, pixels=np.where(hidden[:, None], shown, crop.pixels))
-        misfit += misfit_of(placed, look, painted_planes(placed, look)) / PIXEL_CORRELATION
-    return look, misfit
+    return look, misfit + misfit_of(crop, look, painted_planes(crop, look)) / PIXEL_CORRELATION
 
 
 def _usual(thrown: Appearance) -> tuple[Floats, Floats]:

@@ -30,6 +30,11 @@ PANEL = (46, 38, 32)
 ICE = (246, 243, 238)
 BLUE, RED, LINE = (190, 120, 50), (60, 60, 205), (150, 150, 150)
 
+LARGEST_PX = 1920
+"""Maximum width or height of an overlay; larger films are reduced."""
+STILLS = 3
+"""Maximum number of pictures of a track."""
+
 
 def write_overlay(
     film_path: str | Path | Film,
@@ -37,7 +42,6 @@ def write_overlay(
     track: FilmTrack,
     output: str | Path,
     *,
-    largest_px: int = 1920,
     units: Units = Units.METRES,
     progress: Progress = no_progress,
 ) -> None:
@@ -47,7 +51,6 @@ def write_overlay(
     ----------
     film_path, scene, track : what was tracked, and what was found
     output : the film that is written
-    largest_px : larger films are drawn at this width or height
     units : units of displayed lengths
     progress : called with the number of frames done and the expected number of all
 
@@ -57,7 +60,7 @@ def write_overlay(
     OutputError : `output` cannot be written as a film
     """
     film = film_path if isinstance(film_path, Film) else Film.open(film_path, scene.fps)
-    picture = _Overlay(track, scene, film.size, largest_px, units)
+    picture = _Overlay(track, scene, film.size, LARGEST_PX, units)
     frames = with_progress(film.frames(), "overlay", progress, film.frame_count)
     with film_writer(output, picture.size, film.fps) as writer:
         for index, (t, frame) in enumerate(frames):
@@ -76,24 +79,20 @@ def draw_stills(
     film_path: str | Path | Film,
     scene: Scene,
     track: FilmTrack,
-    count: int = 3,
-    units: Units = Units.METRES,
 ) -> list[tuple[float, Image]]:
     """Draw a track into a few frames, spread over the slide of the stone.
 
     Parameters
     ----------
     film_path, scene, track : what was tracked, and what was found
-    count : maximum number of pictures
-    units : units of displayed lengths
 
     Returns
     -------
     Time since the first frame [s] and picture (height, width, 3), BGR, of each.
     """
     film = film_path if isinstance(film_path, Film) else Film.open(film_path, scene.fps)
-    picture = _Overlay(track, scene, film.size, max(film.size), units)
-    rows = np.linspace(0, len(track.frame) - 1, count + 2).round().astype(int)[1:-1]
+    picture = _Overlay(track, scene, film.size, max(film.size), Units.METRES)
+    rows = np.linspace(0, len(track.frame) - 1, STILLS + 2).round().astype(int)[1:-1]
     wanted = np.unique(track.frame[rows]).tolist()
     found = film.pick(wanted)
     return [(t, picture.draw(frame, i, t)) for i, (t, frame) in zip(wanted, found, strict=False)]

@@ -11,7 +11,7 @@ import numpy as np
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.appearance import Appearance, StoneFit
-from friction_estimation.camera.refinement import RefinedCamera
+from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.measuring.contacts import contact_time
@@ -270,7 +270,7 @@ def _headings(
         theta[part], spin[part], sigma[part] = found
         seen = part[np.isfinite(theta[part])]
         known = None
-        if len(seen) and t[seen[-1]] > t[part[-1]] - numbers.MAX_CONTACT_DELAY:
+        if len(seen) and t[seen[-1]] > t[part[-1]] - numbers.HEADING_VIEW_INTERVAL:
             last = seen[-1]
             known = KnownHeading(t=float(t[last]), theta=float(theta[last]), spin=float(spin[last]))
     return theta, spin, sigma
@@ -312,7 +312,7 @@ def _headings_between(
     away = np.abs(t[:, None] - t[seen]).min(axis=1)
     expected = curve.at(t)
     off = np.angle(np.exp(1j * (value - expected)))
-    found = (away <= numbers.MAX_HEADING_GAP / 2) & (np.abs(off) < numbers.HEADING_MATCH) & ~stale
+    found = (away <= numbers.LONG) & (np.abs(off) < numbers.HEADING_MATCH) & ~stale
     # If single frames scatter more than the error of the curve, the curve is used.
     miss = np.angle(np.exp(1j * (theta - expected)))[seen]
     scatter = float(np.median(np.abs(miss))) / 0.6745

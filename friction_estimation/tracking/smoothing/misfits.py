@@ -64,10 +64,10 @@ def smoothed_with_jump(
     bad = t[_is_off(plain)[plain.weight > 0]]
     moments = ((t[1:-2] + t[2:-1]) / 2)[t[1:-2] > released]
     # A jump near either end would explain any error of the few measurements there.
-    low, high = t[0] + numbers.MISFIT_AROUND, t[-1] - numbers.MISFIT_AROUND
+    low, high = t[0] + numbers.NEIGHBOURS, t[-1] - numbers.NEIGHBOURS
     moments = moments[(moments > low) & (moments < high)]
     if len(bad):
-        moments = moments[np.abs(moments[:, None] - bad).min(axis=1) < numbers.MISFIT_AROUND * 2]
+        moments = moments[np.abs(moments[:, None] - bad).min(axis=1) < numbers.NEIGHBOURS * 2]
     if not len(bad) or not len(moments):
         return plain, None
     tried = moments[:: -(-len(moments) // _TRIED)]
@@ -81,7 +81,7 @@ def smoothed_with_jump(
         tried = np.clip(when + reach * np.linspace(-1.0, 1.0, 8), low, high)
         reach /= 4
     gain = plain.unlikelihood - best.unlikelihood
-    left = _is_off(best) & (np.abs(best.t - when) < numbers.MISFIT_AROUND)
+    left = _is_off(best) & (np.abs(best.t - when) < numbers.NEIGHBOURS)
     if gain < np.log(len(moments)) - numbers.HIT or left.any():
         return plain, None
     return best, float(when)
@@ -95,7 +95,7 @@ def misfits(path: SmoothPath) -> list[Misfit]:
     if not len(at):
         return []
     t = path.t[at]
-    parts = np.split(at, np.flatnonzero(np.diff(t) > 2 * numbers.MISFIT_AROUND) + 1)
+    parts = np.split(at, np.flatnonzero(np.diff(t) > 2 * numbers.NEIGHBOURS) + 1)
     return [
         Misfit(
             first=float(path.t[part[0]]),
@@ -166,14 +166,14 @@ def misfits_in_words(off: Sequence[Misfit], contacts: Sequence[float]) -> Iterat
     """Describe long misfits, except those at a contact."""
     for one in off:
         at_contact = any(one.first - 1 < c < one.last + 1 for c in contacts)
-        if one.last - one.first > numbers.MISFIT_REPORTED and not at_contact:
+        if one.last - one.first > numbers.LONG and not at_contact:
             yield one.words
 
 
 def _is_off(path: SmoothPath) -> Flags:
     """Return which measurements are far off a path through the others, (n,)."""
     seen = path.weight > 0
-    near = np.abs(path.t[:, None] - path.t[seen]) <= numbers.MISFIT_AROUND
+    near = np.abs(path.t[:, None] - path.t[seen]) <= numbers.NEIGHBOURS
     square = near @ path.off[seen] ** 2 / np.maximum(near.sum(axis=1), 1)
     usual = np.median(square[seen])
     return square > max(numbers.MISFIT_TIMES**2 * usual, numbers.LEAST_MISFIT**2)

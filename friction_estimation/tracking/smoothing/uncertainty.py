@@ -11,7 +11,7 @@ import numpy as np
 from curling_env.typing import Floats
 from friction_estimation.appearance import ShapeUncertainty, StoneModel
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.refinement import RefinedCamera
+from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.camera.tuning import CLICK_SIGMA_PX, EDGE_ERROR_PX
 from friction_estimation.tracking import numbers
 

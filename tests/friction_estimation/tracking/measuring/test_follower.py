@@ -40,15 +40,13 @@ def test_a_shoe_that_was_taken_for_the_stone_at_first_is_left(monkeypatch):
 
     def fit(frame, channels, origin, camera, look, start, others, people):
         xy = shoe if np.hypot(*(start[:2] - shoe)) < 1.0 else start[:2]
-        return StoneFit(
-            xy=xy, theta=0.0, covariance=1e-6 * np.eye(3), misfit=1.0, visible=1.0, inside=1.0
-        )
+        return StoneFit(xy=xy, theta=0.0, covariance=1e-6 * np.eye(3), visible=1.0, inside=1.0)
 
     monkeypatch.setattr(follower, "measure_occluded", fit)
     spec = FilmSpec(camera="gantry", size=(480, 270)).resolved()
     camera = camera_from_scene(scene_of(spec), spec.size)
     one = follower.Follower(
-        path=coarse_path(path, seen, 8.0), appearance=None, heading=None, people=True
+        path=coarse_path(path.at, path.mode, seen, 8.0), appearance=None, heading=None, people=True
     )
     ice = SimpleNamespace(channels=None, origin_px=(0, 0))
     frames = np.arange(0.0, 7.0, 0.1)
