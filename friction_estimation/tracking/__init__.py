@@ -27,6 +27,7 @@ __getattr__, __dir__ = lazy_names(
         "films.resume": ("Checkpoints",),
         "films.shared_cameras": ("SharedCameras", "camera_from"),
         "overlay.numbers": ("RunningNumbers",),
+        "optical_flow": ("lucas_kanade",),
         "stone_numbers": ("StoneNumbers",),
     },
 )

@@ -22,7 +22,12 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.video import Film
 from friction_estimation.synthetic import FilmSpec, render_film
-from measures.optical_flow import FLOW_METHODS, FlowMethod, lucas_kanade, points_to_follow
+from friction_estimation.tracking.optical_flow import (
+    FLOW_METHODS,
+    FlowMethod,
+    lucas_kanade,
+    points_to_follow,
+)
 
 SPEED = 3.2
 """Speed of the filmed stone [m/s]: a takeout's, which flow must follow too."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from measures.optical_flow import lucas_kanade
+
+from friction_estimation.tracking import lucas_kanade
 
 
 def test_only_the_pyramid_follows_a_large_motion():
