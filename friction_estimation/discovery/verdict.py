@@ -141,14 +141,23 @@ def _centimetres(value: float) -> str:
 
 
 def doubts(found: Discovery) -> list[str]:
-    """Return a sentence for each alternative to a named effect, with a throw that would decide."""
-    return [
+    """Return a sentence for each alternative to a named effect, with a throw that would decide, and
+    one if the fit to all throws leaves friction that differs too much between them.
+    """
+    sentences = [
         f"{name[0].upper()}{name[1:]} or {readable(other.name)}? These throws do not decide"
         f"{f'; this one would: {other.throw}' if other.throw else ''}."
         for effect in found.effects
         for name in [readable(effect.label)]
         for other in found.alternatives.get(effect.label, [])
     ]
+    spread = found.final.model.spread
+    if found.effects and not found.unknown and spread > LARGEST_SPREAD:
+        sentences.append(
+            f"In the fit to all throws friction differs by {100 * spread:.0f} % from throw to "
+            "throw, more than on any one ice: an effect may be wrong, or in the wrong place."
+        )
+    return sentences
 
 
 def remarks(found: Discovery) -> list[str]:

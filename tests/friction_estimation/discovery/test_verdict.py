@@ -38,6 +38,22 @@ def corrected(monkeypatch, values, errors, given) -> Any:
 
 
 @pytest.mark.parametrize(
+    ("spread", "unknown", "listed"),
+    [(0.044, False, True), (0.012, False, False), (0.044, True, False)],
+)
+def test_friction_that_scatters_in_the_last_fit_is_reported(spread, unknown, listed):
+    found: Any = SimpleNamespace(
+        effects=[SimpleNamespace(label="curl")],
+        alternatives={},
+        unknown=unknown,
+        final=SimpleNamespace(model=SimpleNamespace(spread=spread)),
+    )
+    sentences = verdict.doubts(found)
+    assert all("differs by 4 % from throw to throw" in one for one in sentences)
+    assert bool(sentences) == listed
+
+
+@pytest.mark.parametrize(
     ("strength", "sentences"),
     [
         (0.0100, ["In the given model, curl is 25 % stronger than given."]),
