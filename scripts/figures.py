@@ -226,8 +226,9 @@ Every figure that the README, a page, a default or a decision relies on, with th
 measures it, its time on one core, and the date and commit of the value. `make figures-page` writes
 this page from `figures.json`. `make figures` measures all but the long ones again and lists what
 moved by more than the tolerance (±). ↑ higher is better, ↓ lower is better. Times and rates depend
-on the machine; ratios are measured in one run. `runs/independent` holds films, shots and games that
-other programs made; they are not part of the repository."""
+on the machine; ratios are measured in one run. Processors round differently, and errors of films
+may differ by the tolerance between them. `runs/independent` holds films, shots and games that other
+programs made; they are not part of the repository."""
 
 
 def page(figures: Sequence[Figure]) -> str:
