@@ -96,7 +96,8 @@ class Detector:
     """
 
     def __init__(self, file: Path = NETWORK_FILE) -> None:
-        self._network = cv2.dnn.readNetFromONNX(str(file))
+        # OpenCV's older engine runs this network in 60 % of the time of its new one.
+        self._network = cv2.dnn.readNetFromONNX(str(file), cv2.dnn.ENGINE_CLASSIC)
 
     def detect(self, picture: Image, *, mirrored: bool = True) -> list[Detection]:
         """Find stones in a picture in which they are about `STONE_PX` wide, highest scores first.
