@@ -435,7 +435,8 @@ class BatchEngine:
         """
         rows = _as_rows(releases)
         of_law = np.zeros(len(rows), dtype=np.intp) if which is None else np.asarray(which)
-        stones = np.ascontiguousarray(stones, dtype=np.float64)
+        # For arrays that cannot be written to, the kernel would be compiled a second time.
+        stones = np.require(stones, np.float64, ["C", "W"])
         n = len(rows)
         if stones.ndim != 3 or stones.shape[0] != n or stones.shape[2] != 2:
             raise InputError(f"expected stones of shape ({n}, k, 2), got {stones.shape}")

@@ -19,7 +19,7 @@ def test_a_split_is_measured_live_beside_thrower_and_sweepers():
     # From before the back line, so that the split is seen.
     release = Release(x=0.0, y=-20.2, vx=0.02, vy=2.45, theta=0.0, omega=1.5)
     path = slide(load_ice("standard"), release, fps=30.0).trajectory
-    spec = FilmSpec(camera="end", size=(960, 540), fps=12.0, people=True, tail=3.0)
+    spec = FilmSpec(camera="end", size=(960, 540), fps=8.0, people=True, tail=3.0)
     scene = scene_of(spec.resolved())
     glance = Glance(camera_from_scene(scene, (960, 540)), scene)
     truth, true = measure_throw(path), on_film(path, spec)
