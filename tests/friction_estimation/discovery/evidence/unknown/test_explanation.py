@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -22,7 +25,10 @@ from friction_estimation.discovery import (
     standard_errors,
     try_term,
 )
-from friction_estimation.discovery.evidence.unknown.explanation import surviving
+from friction_estimation.discovery.evidence.unknown.explanation import (
+    may_correct_pushes,
+    surviving,
+)
 
 from ..conftest import effect
 
@@ -96,6 +102,26 @@ def test_an_effect_that_the_unknown_may_be_does_not_survive_beside_it(fitted_to)
     # What follows the spin explains nothing of it.
     made = Combination(effects=frozenset(both)).following(Following("spin", "along the sheet"))
     assert surviving(around, made, 1.0) == made
+
+
+@pytest.mark.parametrize(
+    ("gain", "rest", "corrects"),
+    [(250.0, 3e4, True), (350.0, 3e4, False), (250.0, 70.0, True), (250.0, 55.0, False)],
+)
+def test_a_term_may_correct_pushes_if_it_explains_little_and_leaves_much(gain, rest, corrects):
+    """Less than three thousandths of what pushes explain, and a fifth of what was left."""
+    push = Following("speed", "left")
+    before = Combination(effects=frozenset(["slope"])).following(push)
+    after = before.toggled("curl")
+
+    def minimum_cost(made):
+        if not made.pushes:
+            return 1000.0 + rest + 1e5
+        return 1000.0 + rest + (0.0 if made == after else gain)
+
+    around: Any = SimpleNamespace(values=1000.0, minimum_cost=minimum_cost)
+    assert may_correct_pushes(around, before, after) == corrects
+    assert not may_correct_pushes(around, after, before)
 
 
 def test_an_unknown_is_asked_for_no_further_where_a_map_explains_more(sliding, rng):
