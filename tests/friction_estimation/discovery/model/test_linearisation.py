@@ -15,6 +15,7 @@ from friction_estimation.discovery import (
     fit,
     fit_with_noise,
     open_session,
+    predict,
 )
 from friction_estimation.discovery.model.linearisation import Linearisation
 
@@ -43,6 +44,25 @@ def test_columns_whitened_again_are_the_same(fitted):
     scale = np.sqrt(np.einsum("kii->ki", fitted.linear.reduced)).max(axis=0)
     difference = (again.reduced - fitted.linear.reduced) / np.outer(scale, scale)
     assert np.abs(difference).max() < 1e-3
+
+
+def test_columns_are_what_paths_do_after_a_small_change(fitted):
+    """Of each number of the releases, of the frictions of throws, and of shared parameters."""
+    model, session = fitted.model, fitted.session
+    numbers = 7 + len(model.vector)
+
+    def measured(j, step):
+        moved = step * np.eye(numbers)[j]
+        place = fitted.states + moved[:6], fitted.ln_factors + moved[6]
+        return predict(model.at(model.vector + moved[7:]), session, *place)[:, [0, 1, 4]]
+
+    moving = np.hypot(*fitted.predicted[:, 2:4].T) > 0.3
+    for j in range(numbers):
+        step = 1e-5 if j == numbers - 1 else 1e-4  # the strength of curl is a hundredth
+        change = (measured(j, step) - measured(j, -step)) / (2 * step)
+        size = np.abs(change).max(axis=0) + 1e-3
+        off = np.abs(fitted.columns[:, :, j] - change)[moving] / size
+        assert off.max() < 0.03, j
 
 
 def test_at_a_fit_one_step_is_enough(fitted):
