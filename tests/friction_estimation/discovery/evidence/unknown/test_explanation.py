@@ -29,6 +29,7 @@ from friction_estimation.discovery.evidence.unknown.explanation import (
     may_correct_pushes,
     surviving,
 )
+from friction_estimation.discovery.search.selection import refine
 
 from ..conftest import effect
 
@@ -75,6 +76,16 @@ def test_without_an_unknown_a_fit_beside_it_is_the_fit(fitted_to):
     assert np.diagonal(beside.linear.grams, axis1=1, axis2=2) == pytest.approx(
         np.diagonal(fitted.linear.grams, axis1=1, axis2=2), rel=0.3, abs=1e3
     )
+
+
+def test_beside_an_unknown_effects_keep_their_form(fitted_to):
+    """Though this ice has a finer one, to which the search would go."""
+    law = effect("speed_dependent_friction", exponent=1.0, speed_offset=0.9, share=0.6)
+    bare = fitted_to(law, throws=8, fps=5)
+    (power,) = [t for t in candidates(bare.session) if t.label == law.name]
+    fitted = refit(bare, bare.model.with_terms(power))
+    assert fit_beside(fitted, ()).model.names == fitted.model.names
+    assert refine(fitted).model.names != fitted.model.names
 
 
 def test_what_pushes_may_do_is_never_more_than_what_the_throws_tell(fitted_to):
