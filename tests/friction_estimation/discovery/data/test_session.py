@@ -46,3 +46,17 @@ def test_sweeping_begins_and_ends_midway_between_rows() -> None:
     assert initially.tolist() == [0.0, 1.0, 0.0]
     begins = session.clocks.repeat(np.diff(firsts))
     assert begins + switches == pytest.approx([3.025, 5.025, 9.025] * 2)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.02, np.pi, np.pi + 0.02])
+def test_a_stone_turns_to_the_side_to_which_its_path_bends(angle: float) -> None:
+    """Both ways along the sheet, and at any angle to it."""
+    tracks: list[Trajectory] = []
+    for throw, bend in enumerate((0.005, -0.005)):
+        straight = track(throw=throw)
+        curled = straight.xy + np.outer(bend * straight.t**2, [-1.0, 0.0])  # to the left
+        turned = [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]
+        tracks.append(replace(straight, xy=curled @ np.array(turned)))
+    spins = open_session(tracks).with_spins_from_curvature().usual_spins
+    assert np.sign(spins).tolist() == [1.0, -1.0]  # to the left as seen from above: positive
+    assert spins[0] == -spins[1]

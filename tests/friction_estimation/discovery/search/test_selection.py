@@ -116,6 +116,11 @@ def test_a_selection_that_is_full_tries_nothing_more(make_session, monkeypatch):
     assert (only.chosen, only.trials) == ("", [])
     assert only.scores[0].term.name == "curl"
     monkeypatch.setattr(selection, "MOST_EFFECTS", 1)
+    monkeypatch.setattr(selection, "MOST_ADDITIONS", 0)
+    (only,) = select(fitted).rounds  # the limits of detection are known all the same
+    assert (only.chosen, only.trials) == ("", [])
+    assert only.scores[0].smallest
+    monkeypatch.setattr(selection, "MOST_ADDITIONS", 6)
     rounds = select(fitted).rounds
     assert rounds[0].chosen == "curl"
     assert rounds[-1].trials  # after curl they are noise

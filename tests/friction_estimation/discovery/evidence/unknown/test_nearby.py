@@ -105,7 +105,7 @@ def test_throws_are_scored_by_the_best_fit_to_the_others(around, dispersion):
 
 
 def test_a_push_is_integrated_over(around):
-    """What it may be counts as the information on it, in units of its prior, asks."""
+    """Determinant of the information on it, in units of its prior."""
     made = at_spread(around, "slope").following(Following("x", "left"), 0.3)
     quadratic = around.quadratic(made)
     assert quadratic.sizes == pytest.approx(np.full(3, 0.3 * 0.004))  # of 4 mm/s²
