@@ -51,7 +51,15 @@ def test_nothing_missing_nothing_named(make_session):
 
 def test_two_effects_are_both_named(make_session):
     hidden = [effect("slope", x=1.5e-4, y=-1e-4), effect("curl", strength=0.004)]
-    assert named(discover(make_session(hidden, throws=8))) == ["curl", "slope"]
+    shares: list[float] = []
+    found = discover(
+        make_session(hidden, throws=8),
+        progress=lambda _, done, total=1.0: shares.append(done / total),
+    )
+    assert named(found) == ["curl", "slope"]
+    assert shares == sorted(shares)
+    assert shares[0] == 0.0
+    assert 0.9 < shares[-1] <= 1.0
 
 
 def test_few_throws_name_nothing_and_say_so(make_session):
