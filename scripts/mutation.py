@@ -61,6 +61,8 @@ OPERATORS = re.compile(
 COMPILERS = re.compile(r"(?m)^@(compiled|inlined|effect_kernel)\b")
 FAILING = "failing.txt"
 """Tests that fail in a copy of the tree without any change; they judge no mutant."""
+KERNELS = ".kernels"
+"""Folder of a copy of the tree with its compiled kernels."""
 NOTHING_RUN = 5
 """Exit status of pytest without a test."""
 TEST_LIMIT, SESSION_LIMIT = 180, 300
@@ -100,8 +102,9 @@ def tested(module: str, folders: Sequence[str]) -> int:
     own = Path("tests") / Path(module).with_name(f"test_{Path(module).name}")
     runs = [[str(own)]] if own.exists() else []
     runs.append(["--testmon-nocollect", "--testmon-forceselect", *folders])
-    if not own.exists() or COMPILERS.search(Path(module).read_text("utf-8")):
-        runs.append([str(next(k for k in own.parents if k.exists()))])
+    nearby = [str(next(k for k in own.parents if k.exists()))]
+    if COMPILERS.search(Path(module).read_text("utf-8")):
+        runs.append(nearby)
     limits = [f"--timeout={TEST_LIMIT}", f"--session-timeout={SESSION_LIMIT}"]
     failing = Path(FAILING).read_text("utf-8").split() if Path(FAILING).exists() else []
     limits += [f"--deselect={test}" for test in failing]
@@ -111,12 +114,21 @@ def tested(module: str, folders: Sequence[str]) -> int:
         if done.returncode not in (0, NOTHING_RUN) and "session-timeout" not in done.stdout:
             print(done.stdout[-2000:])
             return 1
+        if done.returncode == NOTHING_RUN and nearby not in runs:
+            runs.append(nearby)
     return 0
 
 
 def tree(folder: Path, workers: int, folders: Sequence[str]) -> Path:
-    """Copy the working tree into a folder, and record which tests depend on which functions."""
-    shutil.rmtree(folder, ignore_errors=True)
+    """Copy the working tree into a folder, and record which tests depend on which functions.
+
+    In a folder that has a copy already, only those tests run again that changes since affect.
+    """
+    for path in folder.iterdir() if folder.exists() else ():
+        if path.is_dir() and path.name != KERNELS:
+            shutil.rmtree(path)
+        elif path.is_file() and not path.name.startswith(".testmondata"):
+            path.unlink()
     words = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     for name in filter(None, subprocess.check_output(words, cwd=ROOT).decode().split("\0")):
         if (ROOT / name).is_file():
@@ -124,7 +136,11 @@ def tree(folder: Path, workers: int, folders: Sequence[str]) -> Path:
             shutil.copy2(ROOT / name, folder / name)
     words = [str(PYTHON), "-m", "pytest", "-q", "-m", "not slow", "-n", str(workers), *folders]
     done = subprocess.run(
-        [*words, "--testmon"], cwd=folder, env=environment(folder), capture_output=True, text=True
+        [*words, "--testmon", "--testmon-forceselect"],
+        cwd=folder,
+        env=environment(folder),
+        capture_output=True,
+        text=True,
     )
     failing = re.findall(r"(?m)^(?:FAILED|ERROR) (\S+)", done.stdout)
     print(*done.stdout.splitlines()[-1:], *failing, sep="\n", file=sys.stderr, flush=True)
@@ -135,7 +151,7 @@ def tree(folder: Path, workers: int, folders: Sequence[str]) -> Path:
 def environment(folder: Path) -> dict[str, str]:
     """Return the environment of tests in a copy of the tree, with a separate kernel cache."""
     single = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
-    own = {"PYTHONPATH": f"{folder}:{PLUGINS}", "NUMBA_CACHE_DIR": str(folder / ".kernels")}
+    own = {"PYTHONPATH": f"{folder}:{PLUGINS}", "NUMBA_CACHE_DIR": str(folder / KERNELS)}
     return os.environ | single | own
 
 

@@ -87,9 +87,8 @@ def separating_throw(one: SessionFit, other: SessionFit) -> tuple[str, float]:
     playable = np.array([is_playable(path, sheet) for path in paths])
     if not playable.any():
         return "", 0.0
-    seen = is_seen(ideal)
-    seen[session.starts[:-1]] = True
-    session = replace(session, xy=ideal[:, :2], theta=ideal[:, State.THETA]).without_rows(~seen)
+    session = replace(session, xy=ideal[:, :2], theta=ideal[:, State.THETA])
+    session = session.without_rows(~is_seen(ideal))  # a stone is seen at its release
     adapted = fit(other.model, session, noise_of_rows(one), states=states, shared=False)
     grams, log_terms = adapted.linear.each()
     scores = np.where(playable, grams[:, -1, -1] + log_terms, -np.inf)

@@ -14,11 +14,12 @@ import numpy as np
 from curling_env.physics.state import State
 from curling_env.typing import Flags, Floats, Indices
 from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.evidence.posterior import release_precisions
 from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.model.linearisation import gram_matrix
 from friction_estimation.discovery.model.model import Model, predict
 from friction_estimation.discovery.model.noise import SessionNoise
-from friction_estimation.discovery.tuning import HELD_OUT_SHARE, LEAST_THROWS, RELEASE_SIGMA
+from friction_estimation.discovery.tuning import HELD_OUT_SHARE, LEAST_THROWS
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,13 +97,13 @@ def noise_floor(fitted: SessionFit, session: Session) -> ForecastGap:
     early = session.early
     whole = fit(model, session, noise, shared=False)
     predicted, columns = whole.predicted, whole.columns
-    variance = np.empty(len(session.times))
+    prior, variance = release_precisions(session), np.empty(len(session.times))
     for i in range(len(session)):
         rows = session.rows(i)
         known = np.where(early[rows, None], session.observed[rows], np.nan)
         own = np.concatenate([columns[rows, :, :7], known[:, :, None]], axis=2)
         gram = gram_matrix(session, noise, i, own)
-        covariance = np.linalg.pinv(gram[:6, :6] + np.diag(1.0 / RELEASE_SIGMA**2))
+        covariance = np.linalg.inv(gram[:6, :6] + np.diag(prior[i]))
         # A throw with higher friction looks like one released with less speed.
         taken_for_release = covariance @ gram[:6, 6]
         seen = np.isfinite(session.observed[rows, :2])

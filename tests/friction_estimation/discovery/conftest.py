@@ -49,6 +49,7 @@ def make_session() -> MakeSession:
         sigma: float = 0.004,
         scatter: float = 0.002,
         mu: float = 0.009,
+        fps: int = 15,
     ) -> list[Trajectory]:
         """Throws in both directions, with both spins, three stones, some of them swept."""
         rng = np.random.default_rng(seed)
@@ -71,7 +72,7 @@ def make_session() -> MakeSession:
                 order=k,
                 sweep=(3.0, 9.0) if k % 3 == 1 else (0.0, 0.0),
             )
-            path = slide(ice, release, fps=15, throw=k).trajectory
+            path = slide(ice, release, fps=fps, throw=k).trajectory
             assert path is not None
             xy, theta = path.xy.copy(), path.theta
             for e in effects:

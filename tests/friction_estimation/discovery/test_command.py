@@ -16,7 +16,8 @@ from .conftest import effect
 @pytest.fixture
 def twice(curling, make_session, tmp_path):
     """Two folders of results from the same tracks with the same seed, and the printed output."""
-    write_tracks(tmp_path / "tracks.csv", make_session([effect("curl", strength=0.006)], throws=9))
+    tracks = make_session([effect("curl", strength=0.006)], throws=9, fps=5)
+    write_tracks(tmp_path / "tracks.csv", tracks)
     for folder in ("one", "two"):
         result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / folder, "--seed", 5)
         assert result.status == 0, result.err
@@ -84,7 +85,8 @@ def test_report_ice_and_page(twice, must_fit, request):
 
 
 def test_sweeping_is_reported_in_metres(curling, make_session, tmp_path):
-    write_tracks(tmp_path / "tracks.csv", make_session([effect("sweeping", friction_factor=0.85)]))
+    tracks = make_session([effect("sweeping", friction_factor=0.85)], fps=5)
+    write_tracks(tmp_path / "tracks.csv", tracks)
     result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / "found")
     report = json.loads((tmp_path / "found" / "report.json").read_text())
     (swept,) = report["effects"]

@@ -27,7 +27,7 @@ def named(found):
 
 @pytest.mark.parametrize("hidden", HIDDEN, ids=lambda hidden: hidden.name)
 def test_one_hidden_effect_is_named_and_sized(make_session, hidden):
-    found = discover(make_session([hidden]))
+    found = discover(make_session([hidden], fps=5))
     assert named(found) == [hidden.name]
     assert not found.unknown
     term = found.final.model.term(found.effects[0].label)
@@ -51,7 +51,15 @@ def test_nothing_missing_nothing_named(make_session):
 
 def test_two_effects_are_both_named(make_session):
     hidden = [effect("slope", x=1.5e-4, y=-1e-4), effect("curl", strength=0.004)]
-    assert named(discover(make_session(hidden, throws=8))) == ["curl", "slope"]
+    shares: list[float] = []
+    found = discover(
+        make_session(hidden, throws=8),
+        progress=lambda _, done, total=1.0: shares.append(done / total),
+    )
+    assert named(found) == ["curl", "slope"]
+    assert shares == sorted(shares)
+    assert shares[0] == 0.0
+    assert 0.9 < shares[-1] <= 1.0
 
 
 def test_few_throws_name_nothing_and_say_so(make_session):
@@ -62,10 +70,7 @@ def test_few_throws_name_nothing_and_say_so(make_session):
 
 
 def test_outside_the_catalogue_is_unknown_and_not_a_name(make_session, without_effects):
-    tracks = [
-        replace(k, t=k.t[::3], xy=k.xy[::3], theta=k.theta[::3], swept=k.swept[::3])
-        for k in make_session([effect("curl", strength=0.004)], throws=8)
-    ]
+    tracks = make_session([effect("curl", strength=0.004)], throws=8, fps=5)
     with without_effects("curl"):
         found = discover(tracks)
     assert named(found) == []
@@ -79,7 +84,7 @@ def test_outside_the_catalogue_is_unknown_and_not_a_name(make_session, without_e
 
 
 def test_what_happened_once_is_an_event_and_spoils_nothing(make_session):
-    tracks = make_session([effect("curl", strength=0.005)], throws=9)
+    tracks = make_session([effect("curl", strength=0.005)], throws=9, fps=5)
     picked = tracks[4]
     kick = np.maximum(picked.t - 6.0, 0.0) * 0.02
     tracks[4] = replace(picked, xy=picked.xy + np.column_stack([kick, 0 * kick]))

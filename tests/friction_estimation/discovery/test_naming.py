@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from friction_estimation import discover
-from friction_estimation.discovery import Dependence, Following, fit, naming, sentence
+from friction_estimation.discovery import Dependence, Following, fit, naming, refit, sentence
 from friction_estimation.discovery.evidence.unknown.explanation import Explanation
 
 from .conftest import effect
@@ -34,7 +34,8 @@ def test_an_unknown_with_which_the_throws_fit_worse_takes_no_name(
 
     explain = naming.explain
     monkeypatch.setattr(naming, "explain", astray)
-    tracks = make_session([effect("curl", strength=0.005), effect("slope", x=5e-5, y=0.0)])
+    hidden = [effect("curl", strength=0.005), effect("slope", x=5e-5, y=0.0)]
+    tracks = make_session(hidden, fps=5)
     with without_effects("slope"):
         found = discover(tracks)
     assert found.unknown
@@ -42,7 +43,7 @@ def test_an_unknown_with_which_the_throws_fit_worse_takes_no_name(
 
 
 def test_throws_that_scatter_more_than_those_on_one_ice_lack_something(make_session):
-    found = discover(make_session([effect("curl", strength=0.005)], throws=8, scatter=0.03))
+    found = discover(make_session([effect("curl", strength=0.005)], throws=8, scatter=0.03, fps=5))
     assert [e.label for e in found.effects] == ["curl"]
     assert found.unknown
     assert re.match(
@@ -53,22 +54,28 @@ def test_throws_that_scatter_more_than_those_on_one_ice_lack_something(make_sess
 
 
 def test_an_unknown_that_follows_the_place_alone_is_reported(make_session, monkeypatch):
+    """An effect that it makes superfluous is dropped, and the others stay in the fit."""
     across = Dependence(variable="x", share=1.0, p=1e-6, push="along")
 
     def by_place(fitted, own, *, beyond_map):
-        return Explanation(fit=fitted, pushes=(), dependences=[across])
+        bare = refit(fitted, fitted.model.without("slope"))
+        return Explanation(fit=bare, pushes=(), dependences=[across])
 
     monkeypatch.setattr(naming, "explain", by_place)
-    found = discover(make_session([effect("curl", strength=0.005)], throws=8, scatter=0.03))
+    hidden = [effect("curl", strength=0.005), effect("slope", x=1e-4, y=0.0)]
+    found = discover(make_session(hidden, throws=8, scatter=0.03, fps=5))
     assert found.unknown
     assert [d.variable for d in found.dependences] == ["x"]
+    assert "slope" in found.unproved
+    assert [e.label for e in found.effects] == ["curl"]
+    assert [term.label for term in found.final.model.terms] == ["curl"]
 
 
 def test_without_a_heading_nothing_that_pushes_sideways_is_named_beside_an_unknown(make_session):
     """It may be curl, which these throws cannot show."""
     tracks = [
-        replace(t, t=t.t[::7], xy=t.xy[::7], theta=np.nan * t.t[::7], swept=t.swept[::7])
-        for t in make_session([effect("curl", strength=0.008)], throws=8)
+        replace(track, theta=np.full(len(track), np.nan))
+        for track in make_session([effect("curl", strength=0.008)], throws=8, fps=2)
     ]
     found = discover(tracks)
     assert found.unknown

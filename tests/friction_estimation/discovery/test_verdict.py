@@ -58,6 +58,7 @@ def test_friction_that_scatters_in_the_last_fit_is_reported(spread, unknown, lis
     [
         (0.0100, ["In the given model, curl is 25 % stronger than given."]),
         (0.0060, ["In the given model, curl is 25 % weaker than given."]),
+        (0.0, ["In the given model, the strength of curl is 0, not 0.008."]),
         (-0.004, ["In the given model, the strength of curl is -0.004, not 0.008."]),
         (0.0091, ["In the given model, curl is 14 % stronger than given."]),
         (0.0089, []),

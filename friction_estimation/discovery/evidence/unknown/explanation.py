@@ -103,14 +103,14 @@ def search(
         moves.sort(key=lambda move: around.value(move, dispersion))
         tried = [around.at_best(move, dispersion) for move in moves[:SHORTLIST]]
         better = [each for each in tried if each[0] < present - 1.0]
-        sound = [each for each in better if not _may_correct_pushes(around, made, each[1])]
+        sound = [each for each in better if not may_correct_pushes(around, made, each[1])]
         if not sound:
             return made, dispersion
         made = min(sound, key=lambda each: each[0])[1]
         dispersion = min(dispersion, around.dispersion(made))
 
 
-def _may_correct_pushes(around: Nearby, before: Combination, after: Combination) -> bool:
+def may_correct_pushes(around: Nearby, before: Combination, after: Combination) -> bool:
     """Return whether a further term may merely correct inexact pushes.
 
     The response of paths to pushes is only partly linear. A term that corrects for this explains

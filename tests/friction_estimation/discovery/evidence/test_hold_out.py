@@ -71,6 +71,16 @@ def test_the_floor_is_what_throws_of_other_friction_miss_by(make_session):
     assert floor.rest_error == pytest.approx(gap.rest_error, rel=0.4)
 
 
+def test_a_spin_that_was_not_seen_hardly_raises_the_floor(make_session):
+    """It is known beforehand to half a turn, and moves the end by less than the friction does."""
+    tracks = make_session(throws=8, scatter=0.01)
+    blind = [replace(track, theta=np.full(len(track), np.nan)) for track in tracks]
+    session = open_session(blind)
+    fitted = fit_with_noise(base_model(None, session), session)
+    gap, floor = forecast(fitted.model, session, fitted.noise), noise_floor(fitted, session)
+    assert floor.rest_error == pytest.approx(gap.rest_error, rel=0.4)
+
+
 def test_the_floor_rises_with_noise_and_with_the_spread_of_friction(make_session):
     def floor(**options):
         session = open_session(make_session(throws=8, **options))

@@ -32,6 +32,7 @@ from friction_estimation.discovery.evidence.posterior import log_variances, thro
 from friction_estimation.discovery.tuning import RELEASE_SIGMA, USUAL_SPREAD
 
 WHITE = SessionNoise(white=(0.004, 0.004, 0.02), fading=(0.0,) * 3, memory=(0.1,) * 3)
+SPREAD = 3e-4
 
 
 def test_draws_have_the_standard_errors_and_the_same_seed_the_same_draws(curl_fit):
@@ -90,22 +91,60 @@ def test_few_throws_have_the_usual_spread(curl_fit):
     assert 0.0 < drawn.ln_factors.std() < 1.2 * USUAL_SPREAD
 
 
-def test_the_likelihood_is_a_density_of_the_rows(curl_fit):
-    """Of white noise it is that of a Gaussian whose covariance is written out."""
+@pytest.fixture
+def one_throw(curl_fit):
+    """A fit of one throw with white noise; its rows and derivatives, in units of the noise.
+
+    Throws differ in friction by as much as the throw itself leaves open.
+    """
     fitted = curl_fit(throws=8)
     one, state, factor = fitted.session.only([2]), fitted.states[2:3], np.zeros(1)
     linear = linearise(fitted.model, one, WHITE, state, factor)[1]
-    alone = replace(fitted, session=one, noise=WHITE, linear=linear, states=state)
-    found = linear.reduced[0, -1, -1] + throw_constants(alone)[0]
-
+    alone = replace(
+        fitted, session=one, noise=WHITE, linear=linear, states=state, only_spread=SPREAD
+    )
     predicted, columns = sensitivities(fitted.model, one, state, factor)
-    rows = columns[:, :, :6].reshape(-1, 6)
-    residual = (one.observed - predicted[:, [0, 1, 4]]).ravel()
     noise = (np.array(WHITE.white) * one.sigma[:, [0, 0, 1]]).ravel()
-    covariance = np.diag(noise**2) + rows * RELEASE_SIGMA**2 @ rows.T
-    least = residual @ np.linalg.solve(covariance, residual)
-    log_det = np.linalg.slogdet(covariance)[1]
-    assert found == pytest.approx(least + log_det + len(residual) * np.log(2 * np.pi), abs=0.1)
+    residual = (one.observed - predicted[:, [0, 1, 4]]).ravel() / noise
+    return alone, noise, residual, columns.reshape(len(noise), -1) / noise[:, None]
+
+
+def test_the_likelihood_is_a_density_of_the_rows(one_throw):
+    """Of white noise it is that of a Gaussian whose covariance is written out."""
+    alone, noise, residual, columns = one_throw
+    constant = 2 * np.log(noise).sum() + len(noise) * np.log(2 * np.pi)
+
+    def deviance(left, spread):
+        weak = columns[:, :7] * np.append(RELEASE_SIGMA, spread)
+        covariance = np.eye(len(left)) + weak @ weak.T
+        log_det = np.linalg.slogdet(covariance)[1]
+        return left @ np.linalg.solve(covariance, left) + log_det + constant
+
+    found = alone.linear.reduced[0, -1, -1] + throw_constants(alone)[0]
+    assert found == pytest.approx(deviance(residual, 0.0), abs=0.1)
+    # A draw has the density at its shared parameters, with the friction of the throw unknown.
+    drawn = draw_posterior(alone, np.random.default_rng(1), draws=4)
+    assert (drawn.spreads == SPREAD).all()
+    for shared, ln_density in zip(drawn.shared, drawn.log_likelihood[:, 0], strict=True):
+        left = residual - columns[:, 7:] @ (shared - alone.model.vector)
+        assert -2 * ln_density == pytest.approx(deviance(left, SPREAD), abs=0.1)
+
+
+def test_release_and_friction_of_a_throw_are_drawn_from_their_gaussian(one_throw):
+    """Given the shared parameters it is that of a least-squares problem, written out."""
+    alone, _, residual, columns = one_throw
+    drawn = draw_posterior(alone, np.random.default_rng(1))
+    own = columns[:, :7]
+    prior = np.diag(np.append(RELEASE_SIGMA, SPREAD) ** -2)
+    covariance = np.linalg.inv(own.T @ own + prior)
+    left = residual - (drawn.shared - alone.model.vector) @ columns[:, 7:].T
+    steps = np.column_stack([drawn.states[:, 0] - alone.states[0], drawn.ln_factors])
+    off = steps - left @ own @ covariance
+    deviations = np.sqrt(np.diag(covariance))
+    assert off.mean(axis=0) / deviations == pytest.approx(0, abs=0.08)
+    assert np.cov(off.T) / np.outer(deviations, deviations) == pytest.approx(
+        covariance / np.outer(deviations, deviations), abs=0.1
+    )
 
 
 def test_ln_variance_counts_what_was_measured(curl_fit):

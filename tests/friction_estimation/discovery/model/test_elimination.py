@@ -7,7 +7,7 @@ import pytest
 
 from friction_estimation.discovery import base_model
 from friction_estimation.discovery.model.linearisation import eliminate_factor, eliminate_states
-from friction_estimation.discovery.model.minimum import minimum_of
+from friction_estimation.discovery.model.minimum import minimum_of, scaled_root
 from friction_estimation.discovery.model.quadratic import bounded_step, profile_spread
 from friction_estimation.discovery.tuning import LEAST_SPREAD, RELEASE_SIGMA
 
@@ -102,3 +102,19 @@ def test_a_step_stops_at_a_bound_and_the_rest_adapts(make_session):
     inside = np.array([0.1, -0.2])
     total[:2, 2] = total[2, :2] = inner @ inside
     assert bounded_step(total, minimum_of(total).step, model) == pytest.approx(inside)
+
+
+@pytest.mark.parametrize("lost", [1e-12, 1e-9, 1e-7, 1e-4])
+def test_a_matrix_that_rounding_left_without_a_root_has_that_of_one_nearby(lost):
+    """No further away than a dozen times what it lacks."""
+    units = np.array([1e-3, 10.0])
+    lacking = np.array([[1.0, 1.0 + lost], [1.0 + lost, 1.0]])
+    root, scale = scaled_root(lacking / np.outer(units, units))
+    assert scale == pytest.approx(units)
+    assert np.abs(root @ root.T - lacking).max() <= max(12 * lost, 1e-10) * (1 + 1e-3)
+    assert np.isfinite(np.linalg.inv(root)).all()
+
+
+def test_what_is_far_from_any_root_is_refused():
+    with pytest.raises(np.linalg.LinAlgError):
+        scaled_root(np.array([[1.0, 1.1], [1.1, 1.0]]))

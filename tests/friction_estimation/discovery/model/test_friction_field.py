@@ -48,6 +48,10 @@ def test_where_stones_ran_the_patterns_hold_the_prior_of_the_field(lane) -> None
     assert np.abs(own - expected).max() < 0.15
     assert np.diag(own).mean() > 0.9
     assert field.unresolved().max() == pytest.approx(1.0, abs=0.02)  # far from every stone
+    # And so they do where some of it was crossed far more often.
+    often = [lane, *[lane[:150]] * 30]
+    uneven = field_along(PAPER_SHEET, crossed_by(PAPER_SHEET, often), 3.0, 2.5).patterns_at(lane)
+    assert np.abs(uneven @ uneven.T - own).max() < 0.05
 
 
 def test_a_field_takes_over_what_another_says_where_stones_ran(lane) -> None:

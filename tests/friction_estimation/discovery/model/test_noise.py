@@ -3,6 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from friction_estimation.discovery import (
     SessionNoise,
@@ -11,6 +12,7 @@ from friction_estimation.discovery import (
     whiten_throw,
     without_outliers,
 )
+from friction_estimation.discovery.model.whitening import restricted_square
 
 
 def coloured(t, sigma, memory, rng):
@@ -57,6 +59,41 @@ def test_whitened_noise_is_white_and_of_unit_size(make_session, rng):
     white = work[session.rows(0), 0, 0]
     assert abs(work.std() - 1) < 0.03
     assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.15
+
+
+def test_innovations_have_the_density_of_the_noise(rng):
+    """At uneven times, with lost headings: that of a Gaussian with its covariance written out."""
+    noise = SessionNoise(white=(2e-3, 3e-3, 0.01), fading=(4e-3, 0.0, 0.03), memory=(0.3, 0.1, 1.5))
+    n = 12
+    t, sigma = np.cumsum(rng.uniform(0.02, 0.4, n)), rng.uniform(0.5, 2.0, (n, 2))
+    columns = rng.normal(0, 5e-3, (n, 3, 2))
+    columns[[0, 5, 6], 2, -1] = np.nan
+    expected, log_variance = np.zeros((2, 2)), 0.0
+    for channel in range(3):
+        seen = np.isfinite(columns[:, channel, -1])
+        at, own = t[seen], sigma[seen, channel // 2]
+        covariance = np.exp(-np.abs(at[:, None] - at) / noise.memory[channel])
+        covariance *= noise.fading[channel] ** 2
+        covariance += noise.white[channel] ** 2 * np.eye(len(at))
+        covariance *= np.outer(own, own)
+        values = columns[seen, channel]
+        expected += values.T @ np.linalg.solve(covariance, values)
+        log_variance += np.linalg.slogdet(covariance)[1]
+    work = columns.copy()
+    assert whiten_throw(work, t, sigma, noise.table(), np.empty(2)) == pytest.approx(log_variance)
+    assert not work[[0, 5, 6], 2].any()
+    flat = work.reshape(-1, 2)
+    assert flat.T @ flat == pytest.approx(expected)
+    assert noise.total == pytest.approx(np.sqrt([20e-6, 9e-6, 1e-3]))
+
+
+def test_what_may_be_no_noise_is_projected_out(rng):
+    curves, values = rng.normal(size=(20, 3)), rng.normal(size=20)
+    whole = np.column_stack([curves, values])
+    left = values - curves @ np.linalg.lstsq(curves, values)[0]
+    log_determinant = np.linalg.slogdet(curves.T @ curves)[1]
+    found = restricted_square(whole.T @ whole)
+    assert found == pytest.approx(left @ left + log_determinant, rel=1e-6)
 
 
 def test_rows_off_by_centimetres_leave_and_others_stay(make_session, rng):

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from friction_estimation.discovery import SessionNoise, base_model, fit, misfit_of, open_session
 from friction_estimation.discovery.search.residuals import slow_columns
 from friction_estimation.discovery.tuning import SLOWEST_NOISE_PERIOD
 
@@ -20,3 +23,34 @@ def test_slow_shapes_are_cosines_down_to_the_slowest_noise():
 @pytest.mark.parametrize(("rows", "count"), [(24, 4), (8, 2), (2, 2)])
 def test_few_rows_show_few_shapes(rows, count):
     assert slow_columns(np.linspace(0, 30, rows)).shape == (rows, count)
+
+
+def test_the_misfit_is_what_slow_shapes_take_from_the_residuals(make_session):
+    """Beside release and friction, and without the heading where it was not seen."""
+    session = open_session(make_session(throws=3))
+    theta = session.theta.copy()
+    theta[session.rows(1)] = np.nan
+    session = replace(session, theta=theta)
+    white = (0.004, 0.004, 0.02)
+    noise = SessionNoise(white=white, fading=(0.0,) * 3, memory=(0.1,) * 3)
+    fitted = fit(base_model(None, session), session, noise)
+    found = misfit_of(fitted)
+    for i, channels in enumerate((3, 2, 3)):
+        rows = session.rows(i)
+        scale = (np.array(white) * session.sigma[rows][:, [0, 0, 1]])[:, :channels]
+        slow = slow_columns(session.times[rows])
+        shapes = np.einsum("nk,cd->ncdk", slow, np.eye(channels)).reshape(*scale.shape, -1)
+        own = fitted.columns[rows, :channels, :7]
+        residual = (fitted.residuals[rows, :channels] / scale).ravel()
+
+        def left(*columns, residual=residual, scale=scale):
+            matrix = (np.concatenate(columns, axis=2) / scale[:, :, None]).reshape(scale.size, -1)
+            matrix /= np.linalg.norm(matrix, axis=0) + 1e-300
+            return residual - matrix @ np.linalg.lstsq(matrix, residual)[0]
+
+        explained = (left(own) ** 2).sum() - (left(own, shapes) ** 2).sum()
+        lost = channels * slow.shape[1] - found.dof[i]  # as good as projected out
+        assert lost in (0, 1)
+        assert -0.01 < explained - found.chi2[i] < 0.01 + 4.0 * lost
+    assert found.throw_tolerance == 1.0
+    assert found.tolerated == 1.25

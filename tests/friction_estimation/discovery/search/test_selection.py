@@ -68,6 +68,13 @@ def test_a_term_that_does_not_pay_is_dropped_and_others_stay(make_session):
     both = refit(bare, bare.model.with_terms(terms["curl"], terms["slope"]))
     assert [term.label for term in prune(both, set()).model.terms] == ["curl"]
     assert [term.label for term in prune(both, {"slope"}).model.terms] == ["curl", "slope"]
+    # The weakest goes first, after which another may pay.
+    three = refit(both, both.model.with_terms(terms["air_drag"]))
+    cost = {
+        label: refit(three, three.model.without(label)).deviance for label in ("slope", "air_drag")
+    }
+    left = [term.label for term in prune(three, {"curl"}).model.terms]
+    assert left == ["curl", max(cost, key=lambda label: cost[label])]
 
 
 @pytest.mark.parametrize(("exponent", "freed"), [(0.2, False), (1.0, True)])
@@ -109,6 +116,11 @@ def test_a_selection_that_is_full_tries_nothing_more(make_session, monkeypatch):
     assert (only.chosen, only.trials) == ("", [])
     assert only.scores[0].term.name == "curl"
     monkeypatch.setattr(selection, "MOST_EFFECTS", 1)
+    monkeypatch.setattr(selection, "MOST_ADDITIONS", 0)
+    (only,) = select(fitted).rounds  # the limits of detection are known all the same
+    assert (only.chosen, only.trials) == ("", [])
+    assert only.scores[0].smallest
+    monkeypatch.setattr(selection, "MOST_ADDITIONS", 6)
     rounds = select(fitted).rounds
     assert rounds[0].chosen == "curl"
     assert rounds[-1].trials  # after curl they are noise

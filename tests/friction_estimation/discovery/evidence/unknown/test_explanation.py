@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -22,7 +25,11 @@ from friction_estimation.discovery import (
     standard_errors,
     try_term,
 )
-from friction_estimation.discovery.evidence.unknown.explanation import surviving
+from friction_estimation.discovery.evidence.unknown.explanation import (
+    may_correct_pushes,
+    surviving,
+)
+from friction_estimation.discovery.search.selection import refine
 
 from ..conftest import effect
 
@@ -71,6 +78,16 @@ def test_without_an_unknown_a_fit_beside_it_is_the_fit(fitted_to):
     )
 
 
+def test_beside_an_unknown_effects_keep_their_form(fitted_to):
+    """Though this ice has a finer one, to which the search would go."""
+    law = effect("speed_dependent_friction", exponent=1.0, speed_offset=0.9, share=0.6)
+    bare = fitted_to(law, throws=8, fps=5)
+    (power,) = [t for t in candidates(bare.session) if t.label == law.name]
+    fitted = refit(bare, bare.model.with_terms(power))
+    assert fit_beside(fitted, ()).model.names == fitted.model.names
+    assert refine(fitted).model.names != fitted.model.names
+
+
 def test_what_pushes_may_do_is_never_more_than_what_the_throws_tell(fitted_to):
     fitted = fitted_to(SLOPE, throws=12)
     beside = fit_beside(fitted, (Following("speed", "along"),))
@@ -96,6 +113,26 @@ def test_an_effect_that_the_unknown_may_be_does_not_survive_beside_it(fitted_to)
     # What follows the spin explains nothing of it.
     made = Combination(effects=frozenset(both)).following(Following("spin", "along the sheet"))
     assert surviving(around, made, 1.0) == made
+
+
+@pytest.mark.parametrize(
+    ("gain", "rest", "corrects"),
+    [(250.0, 3e4, True), (350.0, 3e4, False), (250.0, 70.0, True), (250.0, 55.0, False)],
+)
+def test_a_term_may_correct_pushes_if_it_explains_little_and_leaves_much(gain, rest, corrects):
+    """Less than three thousandths of what pushes explain, and a fifth of what was left."""
+    push = Following("speed", "left")
+    before = Combination(effects=frozenset(["slope"])).following(push)
+    after = before.toggled("curl")
+
+    def minimum_cost(made):
+        if not made.pushes:
+            return 1000.0 + rest + 1e5
+        return 1000.0 + rest + (0.0 if made == after else gain)
+
+    around: Any = SimpleNamespace(values=1000.0, minimum_cost=minimum_cost)
+    assert may_correct_pushes(around, before, after) == corrects
+    assert not may_correct_pushes(around, after, before)
 
 
 def test_an_unknown_is_asked_for_no_further_where_a_map_explains_more(sliding, rng):

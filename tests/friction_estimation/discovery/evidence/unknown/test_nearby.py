@@ -89,12 +89,33 @@ def test_a_push_does_what_the_effect_did(around):
     assert around.pushed(at_spread(around), 1.0).pushes is None
 
 
-def test_throws_left_out_are_worse_than_those_that_were_fitted(around):
+@pytest.mark.parametrize("dispersion", [1.0, 3.0])
+def test_throws_are_scored_by_the_best_fit_to_the_others(around, dispersion):
     made = at_spread(around, "slope")
-    scores = around.scores(made, 1.0)
-    assert scores.shape == (len(around.fitted.session),)
-    assert scores.sum() > around.minimum_cost(made) - 50
-    assert (scores > 0).all()
+    scores = around.scores(made, dispersion)
+    n = len(around.fitted.model.vector)
+    own = np.append(np.arange(n), around.size - 1)
+    grams = around.linear.each(made.spread)[0][:, own[:, None], own] / dispersion
+    prior = around.linear.prior[np.ix_(own, own)]
+    for gram, score in zip(grams, scores, strict=True):
+        others = grams.sum(axis=0) - gram + prior
+        step = np.linalg.solve(others[:n, :n], others[:n, n])
+        move = np.append(-step, 1.0)
+        assert score == pytest.approx(move @ gram @ move, rel=1e-4)
+
+
+def test_a_push_is_integrated_over(around):
+    """Determinant of the information on it, in units of its prior."""
+    made = at_spread(around, "slope").following(Following("x", "left"), 0.3)
+    quadratic = around.quadratic(made)
+    assert quadratic.sizes == pytest.approx(np.full(3, 0.3 * 0.004))  # of 4 mm/s²
+    inner, count = quadratic.gram[:-1, :-1], quadratic.always
+    left = np.linalg.inv(np.linalg.inv(inner)[count:, count:])  # the others at their best
+    integrated = np.linalg.slogdet(left * np.outer(quadratic.sizes, quadratic.sizes))[1]
+    log_terms = float(around.linear.each(made.spread)[1].sum())
+    needed = 2 * 16.0 + 4.0
+    expected = around.minimum_cost(made) + integrated + log_terms + needed
+    assert around.value(made, 1.0) == pytest.approx(expected, abs=0.01)
 
 
 def test_information_that_a_push_may_take_over_is_that_on_what_it_copies(around):
