@@ -213,7 +213,8 @@ SURE = 8.0
 LEAST_WAY = 0.5
 """Minimum path of a moving stone [m]."""
 GATE = 4.0
-"""Maximum innovation of a fit, or distance of two detections at one place [standard errors]."""
+"""Maximum innovation of a fit, distance of two detections at one place, and misfit of a heading in
+a picture; minimum movement of a stone that shows its direction [standard errors]."""
 LEAST_GATE, LEAST_GATE_PX = 0.03, 1.0
 """Minimum gate of a fit [m], and in the picture [px]."""
 STILL_SCORE = 0.54
@@ -290,8 +291,6 @@ NEARLY_ALL = 0.95
 """Share that counts as all: of frames with a sighting for a stone that is alone all the way (films
 with people have 1.0 if it is, and at most 0.66 with sweepers), and of the path of a stone that
 moves."""
-CLEAR_FRONT = 12.0
-"""Minimum excess misfit of every other heading of a handle [squared standard errors]."""
 OPEN_FOCAL_SIGMA = 0.02
 """Standard error of the log focal length above which pictures of the stone are used."""
 STILL_PX = 0.5
@@ -300,8 +299,6 @@ MIN_LATER_VIEWS = 3
 """The same for a heading that is known at the beginning, as after a contact."""
 REPEATED_WAY = 0.05
 """Minimum movement of a stone between independent pictures [m]."""
-MAX_VIEW_COST = 25.0
-"""Maximum misfit of a heading in a single picture: it may show a sweeper's foot."""
 HEADING_MATCH = 0.7
 """Maximum deviation of a heading that agrees with the joint one [rad]."""
 LEAST_NEAR = 0.7
@@ -310,8 +307,6 @@ CLEAR_HEADING = 3.0
 """Minimum advantage of a heading over its reverse, and over any other [standard errors]."""
 MIN_FITS = 5
 """Minimum number of measurements for a track or a heading."""
-AGE_AIM_DISTANCE = 0.1
-"""Minimum movement of a stone that shows its direction [m]."""
 MAX_UNSEEN_TURN = 0.3
 """Maximum turn of a stone since its pixels last changed for a valid heading [rad]."""
 MIN_CHROMA = 25.0
