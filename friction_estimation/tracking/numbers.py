@@ -318,10 +318,3 @@ MISFIT_TIMES, LEAST_MISFIT = 5.0, 0.02
 film's median, and absolute [m]."""
 LONG = 1.0
 """Maximum time without measurements, or off the path, that is bridged without a remark [s]."""
-SUDDEN_LOSS = 0.35
-"""Minimum loss of speed in a reported jump [m/s]."""
-OUT_OF_HAND = 10.0
-"""Distance along the sheet beyond which no hand holds the stone [m]."""
-DECELERATION_AROUND, MOST_DECELERATION = 1.2, 0.2
-"""Time before and after [s] over which deceleration is computed, and maximum deceleration of a
-sliding stone [m/s²]."""
