@@ -256,16 +256,12 @@ STANDING = 0.12
 """Maximum speed over three frames of a stone at rest [m/s]."""
 ONE_THROW_SECONDS = 60.0
 """Maximum duration of a film that is tracked whole, as one throw [s]."""
-MIN_CHANGE = 12.0
-"""Minimum change of brightness, of 255, beyond the common change of the ice."""
-CHANGE_SIGMAS = 6.0
-"""The same over the noise of the camera."""
 MOVING_STONE_SHARE = 0.2
 """Minimum changed share of a stone's picture."""
-MIN_CHANGED_SQUARES = 3
-"""Minimum number of changed squares."""
 MIN_CONTRAST = 14.0
-"""Minimum difference of a blob from the empty ice, of 255 grey levels."""
+"""Minimum difference of a moving object from the ice, of 255 grey levels."""
+CHANGE_SIGMAS = 5.0
+"""The same over the noise of the camera [standard deviations]."""
 NOISY = 12.0
 """Noise above which pictures are blurred before the search for blobs [grey levels]."""
 CORE_CONTRAST_SHARE = 0.5
