@@ -219,8 +219,6 @@ LEAST_GATE, LEAST_GATE_PX = 0.03, 1.0
 """Minimum gate of a fit [m], and in the picture [px]."""
 STILL_SCORE = 0.54
 """Minimum log odds of a stone on unchanged ice."""
-LEAST_HEADINGS = 4
-"""Minimum number of pictures for a heading curve."""
 LOST = 0.5
 """Maximum standard error of the predicted position of a stone that is searched for [m]."""
 CONTACT_WITHIN = 1.5
@@ -244,8 +242,6 @@ APART = 0.5
 RETURNS_FROM = 0.8
 """Maximum distance between the start of a stone that is pushed back and the rest of the one before
 it [m]."""
-LEAST_SLIDES = 4
-"""Minimum number of sliding detections of a throw."""
 LEAST_THROW = 3.0
 """Minimum path of a throw in a recording [m]."""
 RESTED = 2.0
@@ -302,7 +298,7 @@ LEAST_NEAR = 0.7
 CLEAR_HEADING = 3.0
 """Minimum advantage of a heading over its reverse, and over any other [standard errors]."""
 MIN_FITS = 5
-"""Minimum number of measurements for a track or a heading."""
+"""Minimum number of measurements for a throw, a track or a heading."""
 MAX_UNSEEN_TURN = 0.3
 """Maximum turn of a stone since its pixels last changed for a valid heading [rad]."""
 MIN_CHROMA = 25.0

@@ -183,7 +183,7 @@ def learn_look(
     for turn in range(_ROUNDS):
         heading = heading_of(crops, look, path)
         seen = _views(views, path, stone, camera, look, heading)
-        if len(seen) < numbers.LEAST_HEADINGS:
+        if len(seen) < numbers.MIN_FITS:
             break
         crops = _clearest(seen)
         for crop in crops:
@@ -266,7 +266,7 @@ def heading_of(
     path : where the stone is; its speed tells how the rotation slows down
     """
     ordered = sorted(crops, key=lambda crop: crop.t)
-    if not appearance.has_handle or len(ordered) < numbers.LEAST_HEADINGS:
+    if not appearance.has_handle or len(ordered) < numbers.MIN_FITS:
         return None
     views = HeadingViews()
     for crop in ordered:
