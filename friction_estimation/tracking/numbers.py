@@ -292,15 +292,14 @@ MIN_LATER_VIEWS = 3
 REPEATED_WAY = 0.05
 """Minimum movement of a stone between independent pictures [m]."""
 HEADING_MATCH = 0.7
-"""Maximum deviation of a heading that agrees with the joint one [rad]."""
+"""Maximum deviation of a heading that agrees with the joint one, and maximum turn since its pixels
+changed [rad]."""
 LEAST_NEAR = 0.7
 """Minimum share of neighbouring frames near the joint heading; with fewer, they have strayed."""
 CLEAR_HEADING = 3.0
 """Minimum advantage of a heading over its reverse, and over any other [standard errors]."""
 MIN_FITS = 5
 """Minimum number of measurements for a throw, a track or a heading."""
-MAX_UNSEEN_TURN = 0.3
-"""Maximum turn of a stone since its pixels last changed for a valid heading [rad]."""
 MIN_CHROMA = 25.0
 """Minimum saturation of a coloured handle [of 255]."""
 SAME_HUE = np.radians(35.0)
