@@ -275,8 +275,6 @@ MAX_UNEXPLAINED = 0.2
 have 0.3 to 0.5."""
 PEOPLE_NEAR = 1.5
 """Maximum distance of a person who may be mistaken for a stone, or hide it [m]."""
-FRAMES_WITH_PEOPLE = 3
-"""Track by appearance if people are near in at least this many sampled frames."""
 CLEAR_PICTURE = 0.1
 """Maximum unexplained share of a clear picture."""
 NEARLY_ALL = 0.95

@@ -137,7 +137,6 @@ def crowded(path: CoarsePath, seen: Detections, camera: Camera) -> bool:
     expected = camera.sees(places).sum()
     if path.alone[path.t < first_hit].sum() >= numbers.NEARLY_ALL * expected:
         return False
-    near: set[float] = set()
     for t, box in seen.crowds:
         if t > first_hit:
             continue
@@ -146,8 +145,8 @@ def crowded(path: CoarsePath, seen: Detections, camera: Camera) -> bool:
         away = np.maximum(np.maximum(box[0] - px, px - box[1]), 0.0)
         metre = np.linalg.inv(camera.px_per_metre(place))
         if np.hypot(*(metre @ away)) < numbers.PEOPLE_NEAR:
-            near.add(t)
-    return len(near) >= numbers.FRAMES_WITH_PEOPLE
+            return True
+    return False
 
 
 def learn_look(
