@@ -226,8 +226,8 @@ CONTACT_WITHIN = 1.5
 SAME_PLACE = 0.2
 """Maximum distance between positions of the same stone [m]; twice that for a coarse path of a stone
 that may have touched it."""
-LEAST_RESTING_VISIBLE, MOST_UNEXPLAINED = 0.6, 0.85
-"""Minimum visible share of a resting stone, and maximum unexplained share."""
+LEAST_RESTING_VISIBLE = 0.6
+"""Minimum visible share of a resting stone."""
 LINK_GATE = 20.0
 """Maximum squared distance of a detection from its stone [squared standard errors]."""
 CONTACT_GATE = 0.1
