@@ -123,8 +123,6 @@ BOARD_LAST_TERM_GAIN = 0.95
 """Maximum ratio of the misfits with and without the last radial term for it to be kept."""
 MAX_LINE_WIDTH_PX = 24.0
 """Maximum apparent width of a line that is measured as one."""
-MIN_CLEARANCE_PX = 4.5
-"""Minimum distance of other paint from a measured point."""
 MIN_RADIUS_PX = 8.0
 """Minimum apparent radius of curvature of a measured ring: at a smaller one a blur of 0.7 px moves
 an edge by more than 0.03 px."""
@@ -138,7 +136,5 @@ COMPLETE_SHARE = 0.8
 """Share of the visible paint above which an agreeing camera is certainly correct."""
 MIN_MARKINGS = 60
 """Minimum number of measured points that replace marks made by hand."""
-MIN_MARKINGS_SHARE = 0.25
-"""Minimum share of the points in view that must be found."""
 MIN_STONE_PX = 6.0
 """Minimum width of a tracked stone [px]."""
