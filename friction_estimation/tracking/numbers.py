@@ -217,8 +217,6 @@ GATE = 4.0
 a picture; minimum movement of a stone that shows its direction [standard errors]."""
 LEAST_GATE, LEAST_GATE_PX = 0.03, 1.0
 """Minimum gate of a fit [m], and in the picture [px]."""
-STILL_SCORE = 0.54
-"""Minimum log odds of a stone on unchanged ice."""
 LOST = 0.5
 """Maximum standard error of the predicted position of a stone that is searched for [m]."""
 CONTACT_WITHIN = 1.5
@@ -264,10 +262,9 @@ CORE_CONTRAST_SHARE = 0.5
 """Minimum contrast of a blob's solid core, as a share of its maximum; shadows and reflections have
 less.
 """
-MAX_SHADOW_GROWTH = 2.5
-"""Maximum enlargement of a stone's blob by shadow and reflection."""
-MAX_SIZE_RATIO = 2.2
-"""Maximum ratio of the sizes of a blob and a stone in its place, either way."""
+MAX_SIZE_RATIO = 2.5
+"""Maximum ratio of the sizes of a blob, with shadow and reflection, and a stone in its place or the
+blob's solid core, either way."""
 MIN_LEARNING_LIKENESS = 0.3
 """Minimum similarity of sightings for the estimation of the appearance."""
 MAX_UNEXPLAINED = 0.2

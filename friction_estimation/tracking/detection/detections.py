@@ -254,7 +254,7 @@ def _still(
     for xy, score in zip(places, scores, strict=True):
         px = model.extent_px(camera, xy)
         in_play = abs(xy[1]) < BACK_LINE_Y + model.radius  # others are parked
-        if len(px) and in_play and score > numbers.STILL_SCORE:
+        if len(px) and in_play and score > 0:
             stones.append(_Resting(xy=xy, px=px, score=float(score)))
     return _Still(stones=tuple(stones), places=(*others, *places))
 
