@@ -210,8 +210,6 @@ LEAST_SPEED = 0.05
 """Minimum speed of a moving stone in the association [m/s]."""
 SURE = 8.0
 """Minimum log odds of a stone's path."""
-LEAST_WAY = 0.5
-"""Minimum path of a moving stone [m]."""
 GATE = 4.0
 """Maximum innovation of a fit, distance of two detections at one place, and misfit of a heading in
 a picture; minimum movement of a stone that shows its direction [standard errors]."""
@@ -230,8 +228,6 @@ LINK_GATE = 20.0
 """Maximum squared distance of a detection from its stone [squared standard errors]."""
 CONTACT_GATE = 0.1
 """Addition to the gate of a fit around a contact [m]."""
-TURNS_BACK = 0.3
-"""Minimum distance of an object that is pushed back [m]."""
 LAY_UNTIL, FROM_REST = 2.5, 0.7
 """Maximum time between a resting stone and a start at its place for the same stone [s], and maximum
 initial speed, as a share of its mean speed."""

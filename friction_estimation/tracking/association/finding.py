@@ -158,7 +158,7 @@ def thrown_paths(paths: Sequence[Path], seen: Detections, touching: float) -> li
         again = np.flatnonzero(rests[:-1] & ~rests[1:])
         end = begin + int(again[0]) + 1 if len(again) else len(path.at)
         way = seen.xy[path.at[end - 1]] - seen.xy[path.at[begin]]
-        if np.hypot(*way) > numbers.LEAST_WAY:
+        if np.hypot(*way) > numbers.SAME_PLACE:
             found.append(path.part(begin, end))
     return found
 

@@ -336,7 +336,7 @@ def _turns(xy: Floats) -> list[int]:
         along = way / max(float(np.hypot(*way)), 1e-9)
         if farthest == start or (xy[k] - xy[farthest]) @ along > 0:
             farthest = k
-        elif (xy[farthest] - xy[k]) @ along > numbers.TURNS_BACK:
+        elif (xy[farthest] - xy[k]) @ along > numbers.SAME_PLACE:
             turns.append(farthest)
             start, farthest = farthest, k
     return turns
