@@ -88,7 +88,11 @@ class SeenStone:
         clear = np.flatnonzero(kept)
         alone = np.flatnonzero(kept & self.path.alone)
         # A single position does not show the profile of a stone.
-        if self.people and len(alone) >= _LEAST_ALONE and _extent(self.path.xy[alone]) > _APART:
+        if (
+            self.people
+            and len(alone) >= _LEAST_ALONE
+            and np.hypot(*np.ptp(self.path.xy[alone], axis=0)) > _APART
+        ):
             clear = alone
         before = clear[self.path.t[clear] < min(self.path.contacts, default=np.inf)]
         if len(before) >= numbers.LEAST_CLEAR:  # later the ice around it may have changed
@@ -246,11 +250,6 @@ def _clearest(seen: Sequence[tuple[float, Crop]]) -> list[Crop]:
     if len(chosen) < numbers.LEAST_CLEAR:
         chosen = sorted({*chosen, *ordered[: numbers.LEAST_CLEAR]})
     return [seen[k][1] for k in sorted(chosen)]
-
-
-def _extent(xy: Floats) -> float:
-    """Extent of places (n, 2) [m]."""
-    return float(np.hypot(*np.ptp(xy, axis=0)))
 
 
 def heading_of(
