@@ -192,8 +192,8 @@ def place_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     """Standard error of each coordinate of detections (n, 2) [m]."""
     if not len(xy):
         return np.empty((0, 2))
-    footprint = np.linalg.norm(np.linalg.inv(camera.px_per_metre(xy, model.height / 2)), axis=2)
-    return np.hypot(numbers.DETECTION_PX * footprint, numbers.DETECTION_M)
+    error = numbers.DETECTION_PX * camera.metres_per_px(xy, model.height / 2)
+    return np.hypot(error, numbers.DETECTION_M)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
