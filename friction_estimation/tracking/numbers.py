@@ -211,8 +211,8 @@ LEAST_SPEED = 0.05
 SURE = 8.0
 """Minimum log odds of a stone's path."""
 GATE = 4.0
-"""Maximum innovation of a fit, distance of two detections at one place, and misfit of a heading in
-a picture; minimum movement of a stone that shows its direction [standard errors]."""
+"""Maximum innovation of a fit, and distance of two detections at one place; minimum movement of a
+stone that shows its direction [standard errors]."""
 LEAST_GATE, LEAST_GATE_PX = 0.03, 1.0
 """Minimum gate of a fit [m], and in the picture [px]."""
 LOST = 0.5
