@@ -42,6 +42,7 @@ from friction_estimation.camera.tuning import (
     MAX_MISFIT,
     MAX_STARTS,
     MIN_MARKINGS,
+    MIN_MARKINGS_SHARE,
     NARROW_SEARCHES_PX,
     SEARCHED_SIDE,
     SPREAD_SIGMAS,
@@ -121,7 +122,7 @@ class PaintSolver:
         if end is None:
             return None
         measured = fit.measure(end, narrow[-1])
-        if len(measured.index) < MIN_MARKINGS:
+        if len(measured.index) < max(MIN_MARKINGS, MIN_MARKINGS_SHARE * measured.expected):
             return None
         refined = fit.fit(end, measured, fit.lens, 0.5 * self.unit_px)
         seen = seen_curves(refined.camera, fit.grey, fit.origin, self.judged)
