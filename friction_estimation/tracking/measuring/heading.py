@@ -41,7 +41,7 @@ class HeadingViews:
     def add(self, t: float, cost: Floats) -> None:
         """Add a picture: its time [s] and its misfit at each heading, (k,)."""
         self.t.append(t)
-        self.cost.append(np.minimum(cost - cost.min(), numbers.MAX_VIEW_COST))
+        self.cost.append(cost - cost.min())
 
     def between(self, low: float, high: float) -> HeadingViews:
         """Return the pictures from one time to before another [s]."""
