@@ -258,9 +258,10 @@ CORE_CONTRAST_SHARE = 0.5
 """Minimum contrast of a blob's solid core, as a share of its maximum; shadows and reflections have
 less.
 """
-MAX_SIZE_RATIO = 2.5
-"""Maximum ratio of the sizes of a blob, with shadow and reflection, and a stone in its place or the
-blob's solid core, either way."""
+MAX_SHADOW_GROWTH = 2.5
+"""Maximum enlargement of a stone's blob by shadow and reflection."""
+MAX_SIZE_RATIO = 2.2
+"""Maximum ratio of the sizes of a blob and a stone in its place, either way."""
 MIN_LEARNING_LIKENESS = 0.3
 """Minimum similarity of sightings for the estimation of the appearance."""
 MAX_UNEXPLAINED = 0.2

@@ -43,7 +43,7 @@ def sighting_of(blob: Blob, camera: Camera, model: StoneModel, sheet: Sheet) -> 
     The blob may be the body alone, the body with its handle, or both with part of the reflection in
     the ice, whichever fits best. None for a blob off the ice, or with another size or shape.
     """
-    if (blob.whole_px > numbers.MAX_SIZE_RATIO * (blob.high_px - blob.low_px + 3.0)).any():
+    if (blob.whole_px > numbers.MAX_SHADOW_GROWTH * (blob.high_px - blob.low_px + 3.0)).any():
         return None  # the core of something much larger, such as a person's jacket
     extents = _extents(model)
     middle = (blob.low_px + blob.high_px) / 2
@@ -110,4 +110,4 @@ def is_larger(blob: Blob, camera: Camera, model: StoneModel) -> bool:
     corners = model.extent_px(camera, middle) if np.isfinite(middle).all() else np.empty((0, 2))
     if len(corners) == 0:
         return False
-    return bool((blob.whole_px > numbers.MAX_SIZE_RATIO * (corners[1] - corners[0] + 3)).any())
+    return bool((blob.whole_px > numbers.MAX_SHADOW_GROWTH * (corners[1] - corners[0] + 3)).any())
