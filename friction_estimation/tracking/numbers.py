@@ -275,8 +275,6 @@ NEARLY_ALL = 0.95
 """Share that counts as all: of frames with a sighting for a stone that is alone all the way (films
 with people have 1.0 if it is, and at most 0.66 with sweepers), and of the path of a stone that
 moves."""
-MIN_LATER_VIEWS = 3
-"""The same for a heading that is known at the beginning, as after a contact."""
 REPEATED_WAY = 0.05
 """Minimum movement of a stone between independent pictures [m]."""
 HEADING_MATCH = 0.7

@@ -204,8 +204,7 @@ def fit_heading_curve(
     None where the pictures show no heading, or do not tell the front of the handle from its rear.
     """
     times = np.array(views.t)
-    least = numbers.MIN_FITS if known is None else numbers.MIN_LATER_VIEWS
-    if len(times) < least:
+    if len(times) + (known is not None) < numbers.MIN_FITS:
         return None
     counts = _counts(times, t, speed)
     waves = _waves_of(views, counts)
