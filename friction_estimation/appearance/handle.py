@@ -32,7 +32,6 @@ from friction_estimation.appearance.tuning import (
     MAX_HIDDEN_HEADING,
     MIN_HANDLE_CONTRAST,
     PIXEL_CORRELATION,
-    SOLVED_CONTRAST,
     SPIN_CHANGE,
     SPINS_TRIED,
 )
@@ -70,10 +69,10 @@ def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
     before = total_misfit(crops, look)
     poses = _poses(crops)
     # Of a small stone no pixel may show the handle alone; its colour is then fitted.
-    for solved, least in ((False, 0.0), (True, SOLVED_CONTRAST)):
+    for solved in (False, True):
         found, misfit = _best_handle(crops, look, colours, solved=solved)
         top, handle = found.colours[[TOP, HANDLE]]
-        if misfit < before and _contrast(handle - top) >= least:
+        if misfit < before and _contrast(handle - top) >= MIN_HANDLE_CONTRAST:
             return found
         _place(crops, poses)
     return look

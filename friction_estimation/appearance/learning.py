@@ -44,7 +44,6 @@ from friction_estimation.appearance.tuning import (
     REFINED_WITH,
     REFINEMENTS,
     TRIAL_SHADOW,
-    UNLIKELY_KIND,
 )
 
 
@@ -149,13 +148,7 @@ def _reversible_or_general(
     rival = fit_profile(others, as_reversible(look), alike, ADAPTING_ROUNDS)
     ahead = rival.unlikelihood() - fit.unlikelihood()
     share = float(expit(0.5 * ahead))
-    if share < UNLIKELY_KIND:
-        return replace(
-            rival.look, uncertainty=sight_uncertainty(others, rival, alike, typical=True)
-        )
     uncertainty = sight_uncertainty(crops, fit, prior, typical=False)
-    if share > 1 - UNLIKELY_KIND:
-        return replace(look, uncertainty=uncertainty)
     other = sight_uncertainty(others, rival, alike, typical=True)
     if share > 0.5:
         return replace(look, uncertainty=uncertainty.mixed_with(other, 1 - share))

@@ -116,14 +116,9 @@ MIN_STONE_SHARE = 0.05
 STRANGE_PICTURE = 0.5
 """Maximum unexplained share of a picture that shows the stone, if most pictures do: theirs is 0.03
 to 0.2, and of another stone about 0.7."""
-MIN_HANDLE_CONTRAST = 10.0
-"""Minimum contrast of a handle's colour with the rest of the stone [grey levels]."""
-SOLVED_CONTRAST = 15.0
-"""Minimum contrast of a fitted handle colour with that of the top, if no pixel shows the handle
-alone [grey levels]: painted stones without a handle came to 9 at most, with a red one to 26 or
-more."""
+MIN_HANDLE_CONTRAST = 15.0
+"""Minimum contrast of a handle's colour with the rest of the stone [grey levels]: painted stones
+without a handle came to 9 at most, with a red one to 26 or more."""
 OTHER_HANDLE = 0.85
 """Maximum ratio of its squared misfit to the other's. If the first handle was correct, the ratio
 was 0.92 or more, and 0.73 if that was shade."""
-UNLIKELY_KIND = 0.05
-"""Minimum probability of a kind of stone that is considered."""

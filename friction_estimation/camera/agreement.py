@@ -118,7 +118,7 @@ def _compared(
 ) -> Sequence[SeenCurve]:
     """Compare one curve; None if too little of it is in view."""
     reach = min(REACH, float(curve.clear[0]))
-    scale = np.linalg.norm(camera.px_per_metre(curve.xy), 2, axis=(1, 2))
+    scale = camera.scale(curve.xy)
     search = max(float(np.nanmax(scale)) * reach, 2 * TOLERANCE_PX)
     sides = ((2.0, 0.0), (0.0, 2.0)) if curve.width[0] else ((1.0, 1.0),)
     found = [

@@ -112,6 +112,14 @@ class Camera:
         motion = [at[..., 1, :] - at[..., 0, :], at[..., 3, :] - at[..., 2, :]]
         return np.stack(motion, axis=-1) / (2 * step)
 
+    def scale(self, xy: Floats, z: float = 0.0) -> Floats:
+        """Maximum number of pixels per metre on a plane at places (n, 2), (n,)."""
+        return np.linalg.norm(self.px_per_metre(xy, z), 2, axis=(1, 2))
+
+    def metres_per_px(self, xy: Floats, z: float = 0.0) -> Floats:
+        """Maximum change of each coordinate on a plane per pixel at places (n, 2), (n, 2) [m]."""
+        return np.linalg.norm(np.linalg.inv(self.px_per_metre(xy, z)), axis=2)
+
     def sees(self, points: ArrayLike, margin_px: float = 0.0) -> Flags:
         """Return whether each point (n, 3) of the sheet frame falls into the image."""
         local = self.local(points)

@@ -23,13 +23,12 @@ from curling_env.infrastructure.files.storage import write_json
 from curling_env.typing import Floats, Image, Progress, no_progress, with_progress
 from friction_estimation.camera.lens import TERMS, Lens
 from friction_estimation.camera.tuning import (
-    BOARD_LAST_TERM_GAIN,
-    BOARD_MAX_FOCAL_SIGMA,
-    BOARD_MAX_RMS_PX,
     BOARD_MIN_CORNERS,
     BOARD_MIN_TILT_DEG,
     BOARD_MIN_VIEWS,
     BOARD_SEARCH_PX,
+    OPEN_FOCAL_SIGMA,
+    TOLERANCE_PX,
 )
 from friction_estimation.film.pictures import read_picture
 
@@ -257,15 +256,12 @@ def _solved(
     flat = [np.column_stack([b, np.zeros(len(b))]).astype(np.float32) for b, _ in views]
     seen = [px.astype(np.float32).reshape(-1, 1, 2) for _, px in views]
     try:
-        plain, with_last_term = (
-            cv2.calibrateCameraExtended(flat, seen, size, None, None, flags=flags)
-            for flags in (cv2.CALIB_FIX_K3, 0)
+        rms_px, matrix, distortion, turns, _, sigma, *_ = cv2.calibrateCameraExtended(
+            flat, seen, size, None, None
         )
     except cv2.error as error:
         raise undetermined from error
-    better = with_last_term[0] < BOARD_LAST_TERM_GAIN * plain[0]
-    rms_px, matrix, distortion, turns, _, sigma, *_ = with_last_term if better else plain
-    if rms_px > BOARD_MAX_RMS_PX:
+    if rms_px > TOLERANCE_PX:
         raise InputError(
             f"the reprojection error is {rms_px:.1f} px; check the kind and squares of the board",
             source="images",
@@ -275,9 +271,9 @@ def _solved(
         distortion=np.asarray(distortion, dtype=np.float64).ravel()[: len(TERMS)],
         size=size,
     )
-    tilt = max(np.degrees(np.arccos(min(abs(cv2.Rodrigues(r)[0][2, 2]), 1))) for r in turns)
     focal_sigma_px = float(np.asarray(sigma).ravel()[:2].max())
-    if tilt < BOARD_MIN_TILT_DEG or not focal_sigma_px < BOARD_MAX_FOCAL_SIGMA * lens.focal_px:
+    tilt = max(np.degrees(np.arccos(min(abs(cv2.Rodrigues(r)[0][2, 2]), 1))) for r in turns)
+    if tilt < BOARD_MIN_TILT_DEG or not focal_sigma_px < OPEN_FOCAL_SIGMA * lens.focal_px:
         raise undetermined
     return LensCalibration(
         lens=lens, rms_px=float(rms_px), focal_sigma_px=focal_sigma_px, used=used, unused=unused

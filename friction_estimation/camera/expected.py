@@ -88,7 +88,7 @@ def expected_errors(
         xy = np.array([[0.0, y]])
         best = ExpectedError(place=name)
         for known in cameras:
-            width = 2 * _radius_px(known.camera, xy, radius, height)[0]
+            width = 2 * radius * known.camera.scale(xy, height / 2)[0]
             if not _shown(known.camera, xy[0], radius, height) or width < MIN_STONE_PX:
                 continue
             across, along = expected_sigma(known, xy, radius, height)[0].tolist()
@@ -137,10 +137,13 @@ def expected_sigma(refined: RefinedCamera, xy: Floats, radius: float, height: fl
     """
     camera, z = refined.camera, height / 2
     variance = _with_stone(refined).place_variance(xy, z)
-    error_px = np.hypot(EDGE_ERROR_PX, FIT_ERROR_PX / _radius_px(camera, xy, radius, height))
-    footprint = np.linalg.norm(np.linalg.inv(camera.px_per_metre(xy, z)), axis=2)
+    error_px = np.hypot(EDGE_ERROR_PX, FIT_ERROR_PX / (radius * camera.scale(xy, z)))
     sight = (xy - camera.position[:2]) / (camera.position[2] - z)
-    return np.sqrt(variance + (error_px[:, None] * footprint) ** 2 + (SHAPE_RISE * sight) ** 2)
+    return np.sqrt(
+        variance
+        + (error_px[:, None] * camera.metres_per_px(xy, z)) ** 2
+        + (SHAPE_RISE * sight) ** 2
+    )
 
 
 def expected_camera(
@@ -188,11 +191,6 @@ def _with_stone(refined: RefinedCamera) -> RefinedCamera:
     along = refined.covariance[:, 6]
     update = np.outer(along, along) / (refined.covariance[6, 6] + STONE_HEIGHT_SIGMA**2)
     return replace(refined, covariance=refined.covariance - update)
-
-
-def _radius_px(camera: Camera, xy: Floats, radius: float, height: float) -> Floats:
-    """Return the stone's largest radius in the picture at places (n, 2), (n,) [px]."""
-    return radius * np.linalg.norm(camera.px_per_metre(xy, height / 2), 2, axis=(1, 2))
 
 
 def _shown(camera: Camera, xy: Floats, radius: float, height: float) -> bool:

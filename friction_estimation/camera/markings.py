@@ -33,10 +33,10 @@ from friction_estimation.camera.tuning import (
     EXPECTED_ERROR_PX,
     GROUP_SIZE,
     MAX_LINE_WIDTH_PX,
-    MIN_CLEARANCE_PX,
     MIN_CONTRAST,
     MIN_LINE_WIDTH_PX,
     MIN_RADIUS_PX,
+    NARROW_SEARCHES_PX,
     POINT_SEARCH_PX,
     PROFILE_STEP_PX,
 )
@@ -462,7 +462,8 @@ def _measurable(
             (there >= np.add(low, margin)) & (there <= np.subtract(high, margin)), axis=1
         )
         usable &= camera.sees(markings.seen_from(camera))
-        usable &= markings.clear * scale > MIN_CLEARANCE_PX
+        # Other paint must be out of reach of the last search.
+        usable &= markings.clear * scale > NARROW_SEARCHES_PX[-1] + POINT_SEARCH_PX
         usable &= (markings.width == 0) | (markings.width * scale < MAX_LINE_WIDTH_PX)
         # Blur moves a curved edge towards its inner side.
         usable &= radius_px > MIN_RADIUS_PX

@@ -16,6 +16,7 @@ from curling_env.errors import InputError
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import (
+    CUT_AXIS_SIGMA,
     NO_DISTORTION,
     TRIAL_BENDS,
     TRIAL_FOCALS,
@@ -26,7 +27,7 @@ from friction_estimation.camera.markings import MarkingMeasurements, markings_of
 from friction_estimation.camera.paint_fit import PaintFit
 from friction_estimation.camera.refined import RefinedCamera, height_prior
 from friction_estimation.camera.scene import MIN_POINTS, Scene
-from friction_estimation.camera.tuning import MAX_AXIS_OFFSET, MAX_MISFIT
+from friction_estimation.camera.tuning import MAX_MISFIT
 
 PLANE_TURNS = (0.0, 0.5, 1.0)
 """Rotations of the axes of the ice before the search for a pose [rad]."""
@@ -221,8 +222,8 @@ def _check_axis(scene: Scene, size: tuple[int, int]) -> None:
     matrix = scene.camera_matrix
     if matrix is None or scene.image_size is not None:
         return
-    off = np.abs(matrix[:2, 2] - np.array(size) / 2) / size
-    if off.max() > MAX_AXIS_OFFSET:
+    off = np.abs(matrix[:2, 2] - np.array(size) / 2) / (max(size) / 2)
+    if off.max() > CUT_AXIS_SIGMA:  # farther than in most cropped pictures
         raise InputError(
             f"the principal point ({matrix[0, 2]:g}, {matrix[1, 2]:g}) px is far from the "
             f"middle of a film of {size[0]} × {size[1]} px; for a matrix of another picture size "

@@ -42,7 +42,6 @@ from friction_estimation.camera.tuning import (
     MAX_MISFIT,
     MAX_STARTS,
     MIN_MARKINGS,
-    MIN_MARKINGS_SHARE,
     NARROW_SEARCHES_PX,
     SEARCHED_SIDE,
     SPREAD_SIGMAS,
@@ -122,7 +121,7 @@ class PaintSolver:
         if end is None:
             return None
         measured = fit.measure(end, narrow[-1])
-        if len(measured.index) < max(MIN_MARKINGS, MIN_MARKINGS_SHARE * measured.expected):
+        if len(measured.index) < MIN_MARKINGS:
             return None
         refined = fit.fit(end, measured, fit.lens, 0.5 * self.unit_px)
         seen = seen_curves(refined.camera, fit.grey, fit.origin, self.judged)

@@ -25,6 +25,11 @@ CORNERS = ("home_left", "home_right", "away_right", "away_left")
 SCENE_FORMAT = FileFormat(name="curling-scene/1", what="a scene", numbered=False)
 LENS_KEYS = ("camera_matrix", "distortion", "image_size", "reprojection_px")
 """The keys of a camera file; a scene file may have them too."""
+OPTIONAL = (
+    *("place_sigma", "picture_size", "camera_matrix", "distortion", "image_size"),
+    *("camera_height", "paint_depth", "fps"),
+)
+"""The keys of a scene file that are omitted where the scene does not have them."""
 CAMERA_HEIGHTS = (0.5, 50.0)
 """Minimum and maximum height of cameras above the ice [m]."""
 PAINT_DEPTHS = 0.0, 0.1
@@ -234,24 +239,11 @@ def document_of(scene: Scene) -> dict[str, Any]:
             {"sheet": sheet.tolist(), "px": px.tolist()}
             for sheet, px in zip(scene.sheet_points, scene.points_px, strict=True)
         ]
-    if scene.place_sigma is not None:
-        document["place_sigma"] = scene.place_sigma.tolist()
-    if scene.picture_size is not None:
-        document["picture_size"] = list(scene.picture_size)
-    if scene.camera_matrix is not None:
-        document["camera_matrix"] = scene.camera_matrix.tolist()
-    if scene.distortion is not None:
-        document["distortion"] = scene.distortion.tolist()
-    if scene.image_size is not None:
-        document["image_size"] = list(scene.image_size)
-    if scene.camera_height is not None:
-        document["camera_height"] = scene.camera_height
-    if scene.paint_depth is not None:
-        document["paint_depth"] = scene.paint_depth
+    for name in OPTIONAL:
+        if (value := getattr(scene, name)) is not None:
+            document[name] = np.asarray(value).tolist()
     document["stone"] = {"radius": scene.stone_radius, "height": scene.stone_height}
     document["sheet"] = {"length": scene.sheet.length, "width": scene.sheet.width}
-    if scene.fps is not None:
-        document["fps"] = scene.fps
     return document
 
 

@@ -108,23 +108,13 @@ PHOTO_SEARCHES = (0.15, 0.08, 0.05)
 
 # --- thresholds -----------------------------------------------------------------------------------
 
-MAX_AXIS_OFFSET = 0.2
-"""Maximum distance of the axis from the middle of an uncropped image, as a share of its size."""
-MAX_MISFIT = 0.02
-"""Maximum misfit of consistent points, as a share of the image's diagonal."""
-BOARD_MAX_RMS_PX = 3.0
-"""Maximum reprojection error of the described board [px]."""
-BOARD_MAX_FOCAL_SIGMA = 0.03
-"""Maximum relative standard error of the focal length."""
 BOARD_MIN_TILT_DEG = 5.0
 """Minimum tilt of some board: views that all face the camera cannot separate focal length and
 distance."""
-BOARD_LAST_TERM_GAIN = 0.95
-"""Maximum ratio of the misfits with and without the last radial term for it to be kept."""
+MAX_MISFIT = 0.02
+"""Maximum misfit of consistent points, as a share of the image's diagonal."""
 MAX_LINE_WIDTH_PX = 24.0
 """Maximum apparent width of a line that is measured as one."""
-MIN_CLEARANCE_PX = 4.5
-"""Minimum distance of other paint from a measured point."""
 MIN_RADIUS_PX = 8.0
 """Minimum apparent radius of curvature of a measured ring: at a smaller one a blur of 0.7 px moves
 an edge by more than 0.03 px."""
@@ -133,12 +123,13 @@ MIN_CONTRAST = 4.0
 OUTLIER_AT = 3.0
 """Residuals with a quarter of the weight, in units of their scale (Geman-McClure)."""
 TOLERANCE_PX = 2.0
-"""Maximum distance of a curve from its projection that counts as agreement."""
+"""Maximum distance of a curve, or of the corners of a board, from its projection that counts as
+agreement."""
 COMPLETE_SHARE = 0.8
 """Share of the visible paint above which an agreeing camera is certainly correct."""
 MIN_MARKINGS = 60
 """Minimum number of measured points that replace marks made by hand."""
-MIN_MARKINGS_SHARE = 0.25
-"""Minimum share of the points in view that must be found."""
 MIN_STONE_PX = 6.0
 """Minimum width of a tracked stone [px]."""
+OPEN_FOCAL_SIGMA = 0.02
+"""Standard error of the log focal length above which it counts as unknown."""

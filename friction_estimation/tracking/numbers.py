@@ -210,16 +210,11 @@ LEAST_SPEED = 0.05
 """Minimum speed of a moving stone in the association [m/s]."""
 SURE = 8.0
 """Minimum log odds of a stone's path."""
-LEAST_WAY = 0.5
-"""Minimum path of a moving stone [m]."""
 GATE = 4.0
-"""Maximum innovation of a fit, or distance of two detections at one place [standard errors]."""
+"""Maximum innovation of a fit, and distance of two detections at one place; minimum movement of a
+stone that shows its direction [standard errors]."""
 LEAST_GATE, LEAST_GATE_PX = 0.03, 1.0
 """Minimum gate of a fit [m], and in the picture [px]."""
-STILL_SCORE = 0.54
-"""Minimum log odds of a stone on unchanged ice."""
-LEAST_HEADINGS = 4
-"""Minimum number of pictures for a heading curve."""
 LOST = 0.5
 """Maximum standard error of the predicted position of a stone that is searched for [m]."""
 CONTACT_WITHIN = 1.5
@@ -227,14 +222,12 @@ CONTACT_WITHIN = 1.5
 SAME_PLACE = 0.2
 """Maximum distance between positions of the same stone [m]; twice that for a coarse path of a stone
 that may have touched it."""
-LEAST_RESTING_VISIBLE, MOST_UNEXPLAINED = 0.6, 0.85
-"""Minimum visible share of a resting stone, and maximum unexplained share."""
+LEAST_RESTING_VISIBLE = 0.6
+"""Minimum visible share of a resting stone."""
 LINK_GATE = 20.0
 """Maximum squared distance of a detection from its stone [squared standard errors]."""
 CONTACT_GATE = 0.1
 """Addition to the gate of a fit around a contact [m]."""
-TURNS_BACK = 0.3
-"""Minimum distance of an object that is pushed back [m]."""
 LAY_UNTIL, FROM_REST = 2.5, 0.7
 """Maximum time between a resting stone and a start at its place for the same stone [s], and maximum
 initial speed, as a share of its mean speed."""
@@ -243,8 +236,6 @@ APART = 0.5
 RETURNS_FROM = 0.8
 """Maximum distance between the start of a stone that is pushed back and the rest of the one before
 it [m]."""
-LEAST_SLIDES = 4
-"""Minimum number of sliding detections of a throw."""
 LEAST_THROW = 3.0
 """Minimum path of a throw in a recording [m]."""
 RESTED = 2.0
@@ -255,16 +246,12 @@ STANDING = 0.12
 """Maximum speed over three frames of a stone at rest [m/s]."""
 ONE_THROW_SECONDS = 60.0
 """Maximum duration of a film that is tracked whole, as one throw [s]."""
-MIN_CHANGE = 12.0
-"""Minimum change of brightness, of 255, beyond the common change of the ice."""
-CHANGE_SIGMAS = 6.0
-"""The same over the noise of the camera."""
 MOVING_STONE_SHARE = 0.2
 """Minimum changed share of a stone's picture."""
-MIN_CHANGED_SQUARES = 3
-"""Minimum number of changed squares."""
 MIN_CONTRAST = 14.0
-"""Minimum difference of a blob from the empty ice, of 255 grey levels."""
+"""Minimum difference of a moving object from the ice, of 255 grey levels."""
+CHANGE_SIGMAS = 5.0
+"""The same over the noise of the camera [standard deviations]."""
 NOISY = 12.0
 """Noise above which pictures are blurred before the search for blobs [grey levels]."""
 CORE_CONTRAST_SHARE = 0.5
@@ -282,38 +269,23 @@ MAX_UNEXPLAINED = 0.2
 have 0.3 to 0.5."""
 PEOPLE_NEAR = 1.5
 """Maximum distance of a person who may be mistaken for a stone, or hide it [m]."""
-FRAMES_WITH_PEOPLE = 3
-"""Track by appearance if people are near in at least this many sampled frames."""
 CLEAR_PICTURE = 0.1
 """Maximum unexplained share of a clear picture."""
 NEARLY_ALL = 0.95
 """Share that counts as all: of frames with a sighting for a stone that is alone all the way (films
 with people have 1.0 if it is, and at most 0.66 with sweepers), and of the path of a stone that
 moves."""
-CLEAR_FRONT = 12.0
-"""Minimum excess misfit of every other heading of a handle [squared standard errors]."""
-OPEN_FOCAL_SIGMA = 0.02
-"""Standard error of the log focal length above which pictures of the stone are used."""
-STILL_PX = 0.5
-"""Maximum movement of a fixed camera since it was solved [px]."""
-MIN_LATER_VIEWS = 3
-"""The same for a heading that is known at the beginning, as after a contact."""
 REPEATED_WAY = 0.05
 """Minimum movement of a stone between independent pictures [m]."""
-MAX_VIEW_COST = 25.0
-"""Maximum misfit of a heading in a single picture: it may show a sweeper's foot."""
 HEADING_MATCH = 0.7
-"""Maximum deviation of a heading that agrees with the joint one [rad]."""
+"""Maximum deviation of a heading that agrees with the joint one, and maximum turn since its pixels
+changed [rad]."""
 LEAST_NEAR = 0.7
 """Minimum share of neighbouring frames near the joint heading; with fewer, they have strayed."""
 CLEAR_HEADING = 3.0
 """Minimum advantage of a heading over its reverse, and over any other [standard errors]."""
 MIN_FITS = 5
-"""Minimum number of measurements for a track or a heading."""
-AGE_AIM_DISTANCE = 0.1
-"""Minimum movement of a stone that shows its direction [m]."""
-MAX_UNSEEN_TURN = 0.3
-"""Maximum turn of a stone since its pixels last changed for a valid heading [rad]."""
+"""Minimum number of measurements for a throw, a track or a heading."""
 MIN_CHROMA = 25.0
 """Minimum saturation of a coloured handle [of 255]."""
 SAME_HUE = np.radians(35.0)
@@ -323,10 +295,3 @@ MISFIT_TIMES, LEAST_MISFIT = 5.0, 0.02
 film's median, and absolute [m]."""
 LONG = 1.0
 """Maximum time without measurements, or off the path, that is bridged without a remark [s]."""
-SUDDEN_LOSS = 0.35
-"""Minimum loss of speed in a reported jump [m/s]."""
-OUT_OF_HAND = 10.0
-"""Distance along the sheet beyond which no hand holds the stone [m]."""
-DECELERATION_AROUND, MOST_DECELERATION = 1.2, 0.2
-"""Time before and after [s] over which deceleration is computed, and maximum deceleration of a
-sliding stone [m/s²]."""

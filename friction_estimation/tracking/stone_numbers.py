@@ -41,7 +41,7 @@ class StoneNumbers:
         tracks : the thrown stone's, then those of the others
         handles : colour of the handle of each, as `handle_code` writes it; None where not seen
         """
-        lay = [self._lay(track.xy[0], set()) for track in tracks[1:]]
+        lay = [self._lay(track.xy[0]) for track in tracks[1:]]
         taken = {number for number in lay if number is not None}
         first = self._again(handles[0], taken)
         numbers = [self._new(handles[0]) if first is None else first]
@@ -52,11 +52,11 @@ class StoneNumbers:
         self.lying = {n: track.xy[-1] for n, track in zip(numbers, tracks, strict=True)}
         return numbers
 
-    def _lay(self, xy: Floats, taken: set[int]) -> int | None:
+    def _lay(self, xy: Floats) -> int | None:
         """Return the stone at a resting place [m]."""
         apart = {n: float(np.linalg.norm(xy - place)) for n, place in self.lying.items()}
-        near = [n for n in sorted(apart, key=apart.__getitem__) if n not in taken]
-        return near[0] if near and apart[near[0]] < numbers.SAME_PLACE else None
+        near = [n for n, distance in apart.items() if distance < numbers.SAME_PLACE]
+        return min(near, key=apart.__getitem__, default=None)
 
     def _again(self, handle: str | None, lying: set[int]) -> int | None:
         """Return the free stone of a handle's colour whose last throw is longest ago."""

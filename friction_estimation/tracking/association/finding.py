@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from curling_env.errors import NoThrowError
-from curling_env.typing import Flags, Floats
+from curling_env.typing import Floats
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
@@ -158,7 +158,7 @@ def thrown_paths(paths: Sequence[Path], seen: Detections, touching: float) -> li
         again = np.flatnonzero(rests[:-1] & ~rests[1:])
         end = begin + int(again[0]) + 1 if len(again) else len(path.at)
         way = seen.xy[path.at[end - 1]] - seen.xy[path.at[begin]]
-        if np.hypot(*way) > numbers.LEAST_WAY:
+        if np.hypot(*way) > numbers.SAME_PLACE:
             found.append(path.part(begin, end))
     return found
 
@@ -187,7 +187,8 @@ def _places(
     at_rest: Sequence[Floats], paths: Sequence[Path], seen: Detections
 ) -> list[RestingPlace]:
     """Return the initial resting places of stones: on still ice, or at the beginning of a path."""
-    rests = [np.flatnonzero(_near(xy, seen) & seen.still) for xy in at_rest]
+    near = [np.hypot(*(seen.xy - xy).T) < numbers.SAME_PLACE for xy in at_rest]
+    rests = [np.flatnonzero(one & seen.still) for one in near]
     for path in paths:
         moves = np.flatnonzero(path.mode != RESTING)
         at = path.at[: moves[0]] if len(moves) else path.at
@@ -199,7 +200,7 @@ def _places(
         if not len(at):
             continue
         xy = np.median(seen.xy[at], axis=0)
-        same = [k for k, one in enumerate(places) if _distance(one.xy, xy) < numbers.SAME_PLACE]
+        same = [k for k, one in enumerate(places) if np.hypot(*(one.xy - xy)) < numbers.SAME_PLACE]
         if same:
             at = np.union1d(places[same[0]].at, at)
         elif seen.t[at[0]] > begin:  # it came to rest there
@@ -208,12 +209,3 @@ def _places(
         place = RestingPlace(xy=xy, until=until if until < end else np.inf, at=at)
         places = [one for k, one in enumerate(places) if k not in same] + [place]
     return places
-
-
-def _near(xy: Floats, seen: Detections) -> Flags:
-    """Return which detections are at a place, (n,)."""
-    return np.hypot(*(seen.xy - xy).T) < numbers.SAME_PLACE
-
-
-def _distance(one: Floats, other: Floats) -> float:
-    return float(np.hypot(*(one - other)))

@@ -108,12 +108,11 @@ class Mover:
         self._t = t
 
     def cost(self, xy: Floats, variance: Floats) -> Floats:
-        """Squared distances of detections (n, 2) [standard errors], (n,)."""
-        total = self._p[:, 0, 0] + variance
-        return ((xy - self._state[:, 0]) ** 2 / total + np.log(total)).sum(axis=1)
+        """Return `misses` with the normalisation of the errors, (n,)."""
+        return self.misses(xy, variance) + np.log(self._p[:, 0, 0] + variance).sum(axis=1)
 
     def misses(self, xy: Floats, variance: Floats) -> Floats:
-        """Return the same without the normalisation of the errors, (n,)."""
+        """Squared distances of detections (n, 2) [standard errors], (n,)."""
         return ((xy - self._state[:, 0]) ** 2 / (self._p[:, 0, 0] + variance)).sum(axis=1)
 
     def add(self, at: int, seen: Detections) -> None:

@@ -336,7 +336,7 @@ def _turns(xy: Floats) -> list[int]:
         along = way / max(float(np.hypot(*way)), 1e-9)
         if farthest == start or (xy[k] - xy[farthest]) @ along > 0:
             farthest = k
-        elif (xy[farthest] - xy[k]) @ along > numbers.TURNS_BACK:
+        elif (xy[farthest] - xy[k]) @ along > numbers.SAME_PLACE:
             turns.append(farthest)
             start, farthest = farthest, k
     return turns
@@ -357,7 +357,7 @@ def is_throw(path: Path, seen: Detections, ice: float | None = None) -> bool:
     ice : deceleration of stones on this ice, where it is known [m/s²]
     """
     slides = path.at[path.mode == SLIDING]
-    if len(slides) < numbers.LEAST_SLIDES or path.odds < numbers.SURE:
+    if len(slides) < numbers.MIN_FITS or path.odds < numbers.SURE:
         return False
     t, xy = seen.t[slides], seen.xy[slides]
     if np.hypot(*(xy[-1] - xy[0])) < numbers.LEAST_THROW:

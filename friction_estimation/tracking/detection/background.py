@@ -214,7 +214,7 @@ def moving_blobs(frame: Frame, background: Background, min_area_px: float = 6.0)
     if noise > numbers.NOISY:  # else no stone stands out from the grain
         cut, noise = cv2.blur(cut, (3, 3)), noise * numbers.NOISE_AFTER_BLUR
     difference = _strongest(cv2.absdiff(cut, flat))
-    limit = max(numbers.MIN_CONTRAST, 5 * noise)
+    limit = max(numbers.MIN_CONTRAST, numbers.CHANGE_SIGMAS * noise)
     mask = (cv2.blur(difference, (3, 3)) > limit).view(np.uint8)
     left, top, width, height = cv2.boundingRect(mask)
     if width == 0:

@@ -16,7 +16,7 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.detection.background import Background, Blob, moving_blobs
-from friction_estimation.tracking.detection.finder import NetworkFinder
+from friction_estimation.tracking.detection.finder import SURELY_A_STONE, NetworkFinder
 from friction_estimation.tracking.detection.sightings import is_larger, sighting_of
 
 _LEAST_LIKENESS = 0.03
@@ -192,8 +192,8 @@ def place_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     """Standard error of each coordinate of detections (n, 2) [m]."""
     if not len(xy):
         return np.empty((0, 2))
-    footprint = np.linalg.norm(np.linalg.inv(camera.px_per_metre(xy, model.height / 2)), axis=2)
-    return np.hypot(numbers.DETECTION_PX * footprint, numbers.DETECTION_M)
+    error = numbers.DETECTION_PX * camera.metres_per_px(xy, model.height / 2)
+    return np.hypot(error, numbers.DETECTION_M)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -254,7 +254,7 @@ def _still(
     for xy, score in zip(places, scores, strict=True):
         px = model.extent_px(camera, xy)
         in_play = abs(xy[1]) < BACK_LINE_Y + model.radius  # others are parked
-        if len(px) and in_play and score > numbers.STILL_SCORE:
+        if len(px) and in_play and score > SURELY_A_STONE:
             stones.append(_Resting(xy=xy, px=px, score=float(score)))
     return _Still(stones=tuple(stones), places=(*others, *places))
 

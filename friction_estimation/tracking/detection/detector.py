@@ -243,8 +243,7 @@ class OnIce:
 
 def stone_width_px(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     """Width of a stone in the picture at places (n, 2) on the ice, (n,) [px]."""
-    metre_px = np.linalg.norm(camera.px_per_metre(xy, model.height / 2), 2, axis=(1, 2))
-    return 2 * model.radius * metre_px
+    return 2 * model.radius * camera.scale(xy, model.height / 2)
 
 
 def _parts(

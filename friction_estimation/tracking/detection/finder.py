@@ -8,11 +8,20 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Image
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking.detection.detector import Detector, OnIce
+from friction_estimation.tracking.detection.detector import SURE, Detector, OnIce
 
 ODDS_SLOPE, ODDS_AT_HALF = 0.8, 1.0
 """Log odds of a stone from the network's score: slope and offset of its log odds."""
 HIGHEST_SCORE = 0.999
+
+
+def log_odds(score: Floats | float) -> Floats:
+    """Log odds of a stone from the network's score."""
+    return ODDS_SLOPE * np.log(np.divide(score, 1 - np.asarray(score))) + ODDS_AT_HALF
+
+
+SURELY_A_STONE = float(log_odds(SURE))
+"""Minimum log odds of a stone on unchanged ice."""
 
 
 class NetworkFinder:
@@ -41,4 +50,4 @@ class NetworkFinder:
         found = self._on_ice.detect(picture, boxes, mirrored=boxes is None and not self._quick)
         score = np.array([min(one.score, HIGHEST_SCORE) for one in found])
         places = np.array([one.xy for one in found]).reshape(-1, 2)
-        return places, ODDS_SLOPE * np.log(score / (1 - score)) + ODDS_AT_HALF
+        return places, log_odds(score)

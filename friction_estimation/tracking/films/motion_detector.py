@@ -75,7 +75,5 @@ class MotionDetector:
         step = max(1, min(numbers.LEVEL_STEP, change.size // numbers.LEVEL_SQUARES))
         change = np.abs(change - int(np.median(change[::step])))
         noise = 1.48 * float(np.median(change[::step]))
-        changed = change > max(numbers.MIN_CHANGE, numbers.CHANGE_SIGMAS * noise)
-        moved = float(self._stones[changed].sum())
-        enough = int(np.count_nonzero(changed)) >= numbers.MIN_CHANGED_SQUARES
-        return moved > numbers.MOVING_STONE_SHARE and enough
+        changed = change > max(numbers.MIN_CONTRAST, numbers.CHANGE_SIGMAS * noise)
+        return float(self._stones[changed].sum()) > numbers.MOVING_STONE_SHARE

@@ -28,6 +28,8 @@ from friction_estimation.camera.lens import FreeLens, Lens
 from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.camera.refinement import displacement, refine_again
 from friction_estimation.camera.scene import Scene
+from friction_estimation.camera.tuning import OPEN_FOCAL_SIGMA
+from friction_estimation.film.stabilisation import STILL_PX
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.built_in import find_thrown
@@ -206,8 +208,7 @@ def solve_camera(
                 return None
         elif (
             background.image.shape != seen[0][1].image.shape
-            or displacement(refined, scene, background.image, background.origin_px)
-            > numbers.STILL_PX
+            or displacement(refined, scene, background.image, background.origin_px) > STILL_PX
         ):
             continue
         seen.append((steady, background))
@@ -219,7 +220,7 @@ def solve_camera(
             np.mean([background.image for _, background in seen], axis=0), dtype=np.float32
         )
         refined = refine_again(refined, scene, image, seen[0][1].origin_px)
-    if refined.log_focal_sigma > numbers.OPEN_FOCAL_SIGMA:
+    if refined.log_focal_sigma > OPEN_FOCAL_SIGMA:
         stones: list[SeenStone] = []
         for steady, background in seen:
             with suppress(InputError):

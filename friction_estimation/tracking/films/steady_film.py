@@ -13,7 +13,7 @@ from friction_estimation.camera.refinement import displacement, refine
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.deflicker import deflicker_for
 from friction_estimation.film.frame import Frame, LazyFrame
-from friction_estimation.film.stabilisation import stabiliser_for
+from friction_estimation.film.stabilisation import STILL_PX, stabiliser_for
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.detection.background import (
@@ -144,7 +144,7 @@ def camera_of(
     if known is None:
         return refined_by_paint(film, scene, background, refine_camera), 0.0
     moved_px = displacement(known, scene, background.image, background.origin_px)
-    if moved_px <= max(numbers.STILL_PX, 3 * known.rms_px):
+    if moved_px <= max(STILL_PX, 3 * known.rms_px):
         return known, 0.0
     refined = refined_by_paint(film, scene, background, refine_camera)
     if refine_camera and not refined.measured:

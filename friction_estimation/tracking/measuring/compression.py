@@ -92,7 +92,7 @@ class PixelAges:
         before, self._before = self._before, frame
         if self._from is None or self._changed is None:
             self._from, self._changed = xy, np.zeros(frame.shape[:2], dtype=np.float32)
-        elif np.linalg.norm(xy - self._from) > numbers.AGE_AIM_DISTANCE:
+        elif np.linalg.norm(xy - self._from) > numbers.GATE * numbers.DETECTION_M:
             self._aim, self._from = xy - self._from, xy
         window = _window(camera, model, xy, background)
         if before is None or window is None or self._aim is None:

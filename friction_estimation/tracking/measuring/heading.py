@@ -41,7 +41,7 @@ class HeadingViews:
     def add(self, t: float, cost: Floats) -> None:
         """Add a picture: its time [s] and its misfit at each heading, (k,)."""
         self.t.append(t)
-        self.cost.append(np.minimum(cost - cost.min(), numbers.MAX_VIEW_COST))
+        self.cost.append(cost - cost.min())
 
     def between(self, low: float, high: float) -> HeadingViews:
         """Return the pictures from one time to before another [s]."""
@@ -204,8 +204,7 @@ def fit_heading_curve(
     None where the pictures show no heading, or do not tell the front of the handle from its rear.
     """
     times = np.array(views.t)
-    least = numbers.MIN_FITS if known is None else numbers.MIN_LATER_VIEWS
-    if len(times) < least:
+    if len(times) + (known is not None) < numbers.MIN_FITS:
         return None
     counts = _counts(times, t, speed)
     waves = _waves_of(views, counts)

@@ -29,6 +29,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.camera.refinement import refine_at_focal
 from friction_estimation.camera.scene import Scene
+from friction_estimation.camera.tuning import OPEN_FOCAL_SIGMA
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.association.coarse import CoarsePath
 from friction_estimation.tracking.detection.background import Background
@@ -87,7 +88,11 @@ class SeenStone:
         clear = np.flatnonzero(kept)
         alone = np.flatnonzero(kept & self.path.alone)
         # A single position does not show the profile of a stone.
-        if self.people and len(alone) >= _LEAST_ALONE and _extent(self.path.xy[alone]) > _APART:
+        if (
+            self.people
+            and len(alone) >= _LEAST_ALONE
+            and np.hypot(*np.ptp(self.path.xy[alone], axis=0)) > _APART
+        ):
             clear = alone
         before = clear[self.path.t[clear] < min(self.path.contacts, default=np.inf)]
         if len(before) >= numbers.LEAST_CLEAR:  # later the ice around it may have changed
@@ -137,7 +142,6 @@ def crowded(path: CoarsePath, seen: Detections, camera: Camera) -> bool:
     expected = camera.sees(places).sum()
     if path.alone[path.t < first_hit].sum() >= numbers.NEARLY_ALL * expected:
         return False
-    near: set[float] = set()
     for t, box in seen.crowds:
         if t > first_hit:
             continue
@@ -146,8 +150,8 @@ def crowded(path: CoarsePath, seen: Detections, camera: Camera) -> bool:
         away = np.maximum(np.maximum(box[0] - px, px - box[1]), 0.0)
         metre = np.linalg.inv(camera.px_per_metre(place))
         if np.hypot(*(metre @ away)) < numbers.PEOPLE_NEAR:
-            near.add(t)
-    return len(near) >= numbers.FRAMES_WITH_PEOPLE
+            return True
+    return False
 
 
 def learn_look(
@@ -183,7 +187,7 @@ def learn_look(
     for turn in range(_ROUNDS):
         heading = heading_of(crops, look, path)
         seen = _views(views, path, stone, camera, look, heading)
-        if len(seen) < numbers.LEAST_HEADINGS:
+        if len(seen) < numbers.MIN_FITS:
             break
         crops = _clearest(seen)
         for crop in crops:
@@ -248,11 +252,6 @@ def _clearest(seen: Sequence[tuple[float, Crop]]) -> list[Crop]:
     return [seen[k][1] for k in sorted(chosen)]
 
 
-def _extent(xy: Floats) -> float:
-    """Extent of places (n, 2) [m]."""
-    return float(np.hypot(*np.ptp(xy, axis=0)))
-
-
 def heading_of(
     crops: Sequence[Crop], appearance: Appearance, path: CoarsePath
 ) -> HeadingCurve | None:
@@ -266,7 +265,7 @@ def heading_of(
     path : where the stone is; its speed tells how the rotation slows down
     """
     ordered = sorted(crops, key=lambda crop: crop.t)
-    if not appearance.has_handle or len(ordered) < numbers.LEAST_HEADINGS:
+    if not appearance.has_handle or len(ordered) < numbers.MIN_FITS:
         return None
     views = HeadingViews()
     for crop in ordered:
@@ -283,7 +282,7 @@ def with_focal(refined: RefinedCamera, scene: Scene, stones: Sequence[SeenStone]
     determine it.
     """
     stones = [stone for stone in stones if stone.crops(refined.camera)]
-    if refined.log_focal_sigma <= numbers.OPEN_FOCAL_SIGMA or not stones:
+    if refined.log_focal_sigma <= OPEN_FOCAL_SIGMA or not stones:
         return refined
     background = stones[0].background
 

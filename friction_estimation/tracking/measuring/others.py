@@ -20,7 +20,6 @@ from friction_estimation.appearance import (
     StoneModel,
     crops_at,
     measure_occluded,
-    unexplained_share,
 )
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import numbers
@@ -244,11 +243,6 @@ def measured_at_rest(
     start = np.array([*rough.xy, found.heading])
     fit = measure_occluded(whole, channels, origin, camera, found.look, start, beside)
     if fit is None or fit.visible < numbers.LEAST_RESTING_VISIBLE:
-        return None
-    placed = replace(
-        crops[0], pose=np.array([*fit.xy, start[2] if np.isnan(fit.theta) else fit.theta])
-    )
-    if unexplained_share([placed], found.look) > numbers.MOST_UNEXPLAINED:
         return None
     heading = fit.theta if found.clear else np.nan
     return OtherStone(rests=stone, look=found.look, fit=fit, heading=float(heading))

@@ -65,7 +65,7 @@ def own_look(crop: Crop, thrown: Appearance) -> OwnLook:
     return OwnLook(
         look=found[best][0],
         heading=float(headings[best]),
-        clear=bool(others - costs[best] > numbers.CLEAR_FRONT),
+        clear=bool(others - costs[best] > numbers.CLEAR_HEADING**2),
     )
 
 

@@ -291,7 +291,7 @@ def _headings_between(
     if curve is None:
         return None
     unseen = unseen_turn(curve, t, speed, age)
-    stale = unseen > numbers.MAX_UNSEEN_TURN
+    stale = unseen > numbers.HEADING_MATCH
     fresh = HeadingViews()
     for moment, cost in zip(views.t, views.cost, strict=True):
         if not stale[min(int(np.searchsorted(t, moment)), len(t) - 1)]:

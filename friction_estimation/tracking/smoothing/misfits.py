@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from curling_env.sheet import HACK_Y, HOG_LINE_Y
 from curling_env.typing import Flags, Floats
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.smoothing.smoother import Smoothing, SmoothPath
@@ -106,25 +107,21 @@ def misfits(path: SmoothPath) -> list[Misfit]:
     ]
 
 
-def _deceleration(path: SmoothPath) -> Floats:
-    """Mean deceleration of a path around each of its times, (n,) [m/s²]."""
-    speed = np.hypot(*path.velocity.T)
-    low, high = (
-        np.clip(path.t + way * numbers.DECELERATION_AROUND, path.t[0], path.t[-1])
-        for way in (-1, 1)
-    )
+def _slowed(path: SmoothPath) -> Flags:
+    """Return where a released stone decelerates more than ice can explain, (n,)."""
+    speed, y = np.hypot(*path.velocity.T), path.place[:, 1]
+    low, high = (np.clip(path.t + way * numbers.LONG, path.t[0], path.t[-1]) for way in (-1, 1))
     lost = np.interp(low, path.t, speed) - np.interp(high, path.t, speed)
-    return lost / np.maximum(high - low, numbers.DECELERATION_AROUND)
+    most = numbers.DECELERATION + numbers.GATE * numbers.DECELERATION_SIGMA
+    released = np.abs(y - y[0]) > HACK_Y - HOG_LINE_Y
+    return released & (lost > most * np.maximum(high - low, numbers.LONG))
 
 
 def left_behind(path: SmoothPath) -> int | None:
     """Return the row from which on a path decelerates more than ice can explain; None without
     one.
     """
-    way = np.abs(path.place[:, 1] - path.place[0, 1])
-    fast = np.flatnonzero(
-        (_deceleration(path) > numbers.MOST_DECELERATION) & (way > numbers.OUT_OF_HAND)
-    )
+    fast = np.flatnonzero(_slowed(path))
     return int(fast[0]) if len(fast) else None
 
 
@@ -152,10 +149,7 @@ def loss_in_words(path: SmoothPath, jump: float | None, behind: int | None) -> I
     if jump is None:
         return
     after = min(int(np.searchsorted(path.t, jump)), len(path.t) - 1)
-    before = max(after - 1, 0)
-    loss = np.hypot(*path.velocity[before]) - np.hypot(*path.velocity[after])
-    way = abs(path.place[after, 1] - path.place[0, 1])
-    if loss > numbers.SUDDEN_LOSS and way > numbers.OUT_OF_HAND:
+    if _slowed(path)[after]:
         yield (
             f"at {jump:.1f} s it loses speed as if it hit a stone, but no stone is found there: "
             "from then on the track may be of another stone"

@@ -39,10 +39,10 @@ def systematic_sigma(
     variance = refined.place_variance(xy, middle)
     # Without paint, the camera depends on the clicked points alone.
     loose_px = 0.0 if refined.measured else CLICK_SIGMA_PX / 2
-    small_px = numbers.SMALL_STONE_ERROR_PX / _radius_px(camera, xy, model)
+    small_px = numbers.SMALL_STONE_ERROR_PX / (model.radius * camera.scale(xy, model.height / 2))
     hidden_px = numbers.HIDDEN_ERROR_PX * np.sqrt(0.0 if hidden is None else hidden)
     edge_px = np.sqrt(EDGE_ERROR_PX**2 + small_px**2 + loose_px**2 + hidden_px**2)
-    variance += (edge_px[:, None] * _metres_per_px(camera, xy, middle)) ** 2
+    variance += (edge_px[:, None] * camera.metres_per_px(xy, middle)) ** 2
     if shape is not None:
         variance += shape.at(xy) ** 2
     if unseen is not None:
@@ -62,7 +62,7 @@ def hidden_sigma(camera: Camera, xy: Floats, hidden: Floats, model: StoneModel) 
     sigma = np.zeros_like(xy)
     some = (hidden > 0) & np.isfinite(xy[:, 0])
     px = numbers.HIDDEN_ERROR_PX * np.sqrt(hidden[some])
-    sigma[some] = px[:, None] * _metres_per_px(camera, xy[some], model.height / 2)
+    sigma[some] = px[:, None] * camera.metres_per_px(xy[some], model.height / 2)
     return sigma
 
 
@@ -122,13 +122,3 @@ def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     away = np.linalg.norm(xy - camera.position[:2], axis=1)
     tilted = numbers.HANDLE_TILT_ERROR * away / (camera.position[2] - z)
     return np.hypot(across, tilted) / length
-
-
-def _radius_px(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
-    """Return the stone's largest radius in the picture, (n,) [px]."""
-    return model.radius * np.linalg.norm(camera.px_per_metre(xy, model.height / 2), 2, axis=(1, 2))
-
-
-def _metres_per_px(camera: Camera, xy: Floats, z: float) -> Floats:
-    """Maximum change of each coordinate per pixel in the picture, (n, 2) [m]."""
-    return np.linalg.norm(np.linalg.inv(camera.px_per_metre(xy, z)), axis=2)
