@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from friction_estimation import discover
 from friction_estimation.discovery import Dependence, Following, fit, naming, refit, sentence
+from friction_estimation.discovery.evidence.significance import EffectEvidence
 from friction_estimation.discovery.evidence.unknown.explanation import Explanation
 
 from .conftest import effect
@@ -80,3 +83,40 @@ def test_without_a_heading_nothing_that_pushes_sideways_is_named_beside_an_unkno
     found = discover(tracks)
     assert found.unknown
     assert not found.effects
+
+
+@pytest.mark.parametrize(
+    ("p", "proved"),
+    [
+        ({"a": 0.04}, "a"),
+        ({"a": 0.06}, ""),
+        ({"a": 0.024, "b": 1e-9}, "ab"),
+        ({"a": 0.026, "b": 1e-9}, "b"),  # each of two has half of 5 %
+        ({"a": 0.03, "b": 0.04}, "a"),  # the worst goes first, after which the other has all
+        ({"a": 0.03, "b": 0.03}, "b"),  # of two alike that with the smaller gain
+        ({"a": 0.2, "b": 0.3, "c": 0.4}, ""),
+    ],
+)
+def test_effects_are_proved_if_all_are_together_at_five_per_cent(monkeypatch, p, proved):
+    gains = {"a": 20.0, "b": 30.0, "c": 40.0}
+
+    def fit_of(labels) -> Any:
+        model = SimpleNamespace(
+            terms=[SimpleNamespace(label=label) for label in labels],
+            without=lambda dropped: [label for label in labels if label != dropped],
+        )
+        return SimpleNamespace(model=model)
+
+    def weigh(_, labels, *__):
+        return [
+            EffectEvidence(label=k, gain=gains[k], p=p[k], improvements=np.zeros(0)) for k in labels
+        ]
+
+    monkeypatch.setattr(naming, "weigh_evidence", weigh)
+    monkeypatch.setattr(naming, "refit", lambda _, labels: labels)
+    monkeypatch.setattr(naming, "prune", lambda labels, _: fit_of(labels))
+    session: Any = None
+    named, effects, unproved = naming._proved(fit_of(["given", *p]), {"given"}, None, session)
+    assert [effect.label for effect in effects] == list(proved)
+    assert [term.label for term in named.model.terms] == ["given", *proved]
+    assert sorted(unproved) == sorted(set(p) - set(proved))

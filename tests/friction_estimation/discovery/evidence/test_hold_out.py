@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -15,8 +16,9 @@ from friction_estimation.discovery import (
     noise_floor,
     open_session,
 )
+from friction_estimation.discovery.evidence.hold_out import _gap
 
-from ..conftest import effect
+from ..conftest import effect, plain_session
 
 
 def test_a_quarter_is_held_out_that_is_like_the_rest(make_session, rng):
@@ -95,3 +97,35 @@ def test_a_missing_effect_widens_the_gap(make_session):
     session = open_session(make_session([effect("curl", strength=0.01)], throws=8))
     fitted = fit_with_noise(base_model(None, session), session)
     assert forecast(fitted.model, session, fitted.noise).rest_error > 0.3
+
+
+def test_throws_held_out_resemble_all_and_leave_every_stone_and_some_swept_throws():
+    """Of eight throws two: of each direction, spin, half of the speeds and half of the session."""
+    speeds = [1.0, 1.1, 1.2, 1.3, 2.0, 2.1, 2.2, 2.3]
+    session = plain_session(throws=8, stones=np.array([1, 2, 2, 2, 2, 2, 2, 3]))
+    t = session.times
+    turned = np.where(session.owner % 4 < 2, 1.0, -1.0) * 1.2 * t
+    ways = np.where(session.owner % 2 == 0, 1.0, -1.0)
+    y = ways * (-10.0 + np.array(speeds)[session.owner] * t)
+    swept = (session.owner == 3).astype(float)
+    session = replace(session, xy=np.column_stack([0 * t, y]), theta=turned, swept=swept)
+    for seed in range(3):
+        chosen = choose_held_out(session, np.random.default_rng(seed)).tolist()
+        assert len(chosen) == 2
+        assert not set(chosen) & {0, 3, 7}  # the only throws of two stones, and the only swept one
+        assert {k % 2 for k in chosen} == {0, 1}
+        assert {k % 4 < 2 for k in chosen} == {True, False}
+        assert {k < 4 for k in chosen} == {True, False}
+    assert len(list(combinations(range(8), 2))) < 300  # all of them are tried
+
+
+def test_a_gap_is_over_the_rows_after_the_first_seconds_and_at_the_last_ones():
+    session = plain_session(throws=2, rows=3)
+    squared = np.array([100.0, 1.0, 9.0, 100.0, 4.0, 16.0])
+    late = np.array([False, True, True] * 2)
+    found = _gap(session, squared, late, session.xy)
+    assert found.path_rms == pytest.approx(np.sqrt(30.0 / 4))
+    assert found.rest_error == pytest.approx(np.sqrt(25.0 / 2))
+    # Throws that ended in their first seconds count with all rows.
+    early = _gap(session, squared, np.zeros(6, dtype=bool), session.xy)
+    assert early.path_rms == pytest.approx(np.sqrt(230.0 / 6))

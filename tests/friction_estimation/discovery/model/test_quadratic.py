@@ -135,7 +135,7 @@ def total(fields, rng):
 
 
 def test_integrating_over_fields_is_a_determinant(fields, total):
-    """That of the covariance of what is measured, over that of the noise."""
+    """The determinant of the covariance of what is measured, over that of the noise."""
     places = np.arange(2, fields.map_slice.stop)
     sd = np.concatenate([field.deviations for _, field in fields.fields])
     root = np.linalg.cholesky(total[np.ix_(places, places)] + 1e-9 * np.eye(len(places)))

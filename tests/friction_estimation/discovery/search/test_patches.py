@@ -19,6 +19,7 @@ from friction_estimation.discovery import (
 from friction_estimation.discovery.evidence.intervals import with_sides
 from friction_estimation.discovery.model.candidates import known_effects
 from friction_estimation.discovery.search.patches import (
+    _best_rectangle,
     grid_over,
     place_sides,
     scan_side,
@@ -130,3 +131,51 @@ def test_a_side_goes_where_it_fits(off_to_the_right) -> None:
     strength = "friction_patch", "factor"
     assert plain[strength] <= sigma[strength] < 4 * plain[strength]
     assert abs(term.values["factor"] - 0.9) < 3 * sigma[strength]
+
+
+def gains_of_blocks(information, right_side, longest):
+    """Gain of every block of cells, one after the other."""
+    nx, ny = right_side.shape
+    gains = {}
+    for i0 in range(nx):
+        for i1 in range(i0 + 1, nx + 1):
+            for j0 in range(ny):
+                for j1 in range(j0 + 1, min(ny, j0 + longest) + 1):
+                    chosen = np.zeros((nx, ny))
+                    chosen[i0:i1, j0:j1] = 1.0
+                    felt = np.einsum("ij,ijkl,kl->", chosen, information, chosen)
+                    slope = (chosen * right_side).sum()
+                    gains[i0, i1, j0, j1] = slope**2 / felt if felt > 1e-6 else 0.0
+    return gains
+
+
+@pytest.mark.parametrize("longest", [1, 3, 6])
+def test_the_best_rectangle_is_that_of_a_search_through_all(rng, longest):
+    for _ in range(5):
+        columns = rng.normal(size=(30, 4, 5))
+        columns[:, :, 2] *= rng.random(4) < 0.5
+        information = np.einsum("nij,nkl->ijkl", columns, columns)
+        right_side = np.einsum("nij,n->ij", columns, 3.0 * rng.normal(size=30))
+        gains = gains_of_blocks(information, right_side, longest)
+        best = _best_rectangle(information, right_side, longest)
+        assert best is not None
+        assert gains[best] == pytest.approx(max(gains.values()))
+        assert max(gains.values()) > 16.0
+
+
+def test_a_rectangle_below_the_gain_of_an_effect_is_none():
+    information = np.eye(6).reshape(3, 2, 3, 2)
+    right_side = np.zeros((3, 2))
+    right_side[1, 1] = 3.9
+    assert _best_rectangle(information, right_side, 2) is None
+    right_side[1, 1] = 4.1
+    assert _best_rectangle(information, right_side, 2) == (1, 2, 1, 2)
+
+
+def test_a_rectangle_extends_to_the_left_where_no_stone_ran():
+    """And not where stones ran without it."""
+    information = np.zeros((4, 1, 4, 1))
+    for column in (0, 3):
+        information[column, 0, column, 0] = 1.0
+    right_side = np.array([[0.1], [0.0], [0.0], [9.0]])
+    assert _best_rectangle(information, right_side, 1) == (1, 4, 0, 1)
