@@ -1,10 +1,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from curling_env.errors import FitError
 from curling_env.ice import Ice
 from curling_env.physics import State, catalogue, slide
 from curling_env.throw import Throw
@@ -21,9 +24,24 @@ from friction_estimation.discovery import (
     refit,
     standard_errors,
 )
+from friction_estimation.discovery.model.fit import (
+    Point,
+    SessionFit,
+    _behind,
+    _most_likely_spread,
+    _moved,
+    _part_of_the_way,
+    releases_near,
+    singular_fit_refused,
+)
+from friction_estimation.discovery.model.gaussian_field import GatePlaces
 from friction_estimation.discovery.model.linearisation import Linearisation
+from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.tuning import RELEASE_SIGMA
 
-from ..conftest import effect
+from ..conftest import effect, plain_session
+
+ANY_ICE: Any = SimpleNamespace(stone=SimpleNamespace(radius=0.14))
 
 
 def test_friction_scatter_and_errors(make_session):
@@ -172,3 +190,124 @@ def test_the_last_step_needs_no_linearisation(make_session):
     assert found.deviance == pytest.approx(linear.deviance(), abs=0.1)
     assert found.linear.minimum().step == pytest.approx(linear.minimum().step, abs=1e-4)
     assert found.linear.grams[:, -1, -1] == pytest.approx(linear.grams[:, -1, -1], rel=1e-3)
+
+
+# --- points and steps that are given -------------------------------------------------------------
+
+
+def random_columns(rng, throws=3, rows=30, shared=2):
+    """Columns of release, factor, shared parameters and residual of each throw."""
+    return rng.normal(size=(throws, rows, 6 + 1 + shared + 1))
+
+
+def linear_of(columns, ln_factors, **model: Any) -> Linearisation:
+    grams = np.einsum("kni,knj->kij", columns, columns)
+    return Linearisation(model=Model(ice=ANY_ICE, **model), ln_factors=ln_factors, grams=grams)
+
+
+def test_after_a_step_the_residual_lacks_what_the_step_explains(rng):
+    columns, factors = random_columns(rng), 0.1 * rng.normal(size=3)
+    linear = linear_of(columns, factors, ln_mu=0.1)
+    states, moved = rng.normal(size=(3, 6)), rng.normal(size=(3, 6))
+    later = factors + 0.3
+    model = replace(linear.model, ln_mu=0.6, ln_coupling=-0.2)
+    found = _moved(Point(states, linear, 0.0), model, moved, later)
+    steps = np.column_stack([moved - states, later - factors, np.tile([0.5, -0.2], (3, 1))])
+    expected = columns.copy()
+    expected[:, :, -1] -= np.einsum("kni,ki->kn", columns[:, :, :-1], steps)
+    assert found.grams == pytest.approx(np.einsum("kni,knj->kij", expected, expected))
+    assert found.ln_factors is later
+    assert found.model is model
+
+
+def test_better_releases_and_frictions_promise_what_least_squares_gain(rng):
+    columns, factors, spread = random_columns(rng), 0.1 * rng.normal(size=3), 0.2
+    linear = linear_of(columns, factors, spread=spread)
+    gain = 0.0
+    for block, factor in zip(columns, factors, strict=True):
+        own = np.vstack([block[:, :7], np.diag(np.append(1.0 / RELEASE_SIGMA, 1.0 / spread))])
+        target = np.concatenate([block[:, -1], np.zeros(6), [-factor / spread]])
+        rest = target - own @ np.linalg.lstsq(own, target)[0]
+        gain += target @ target - rest @ rest
+    assert _behind(linear) == pytest.approx(gain)
+    # Without a spread the factor is one, and goes there.
+    still = linear_of(columns, np.zeros(3))
+    gain = 0.0
+    for block in columns:
+        own = np.vstack([block[:, :6], np.diag(1.0 / RELEASE_SIGMA)])
+        target = np.append(block[:, -1], np.zeros(6))
+        rest = target - own @ np.linalg.lstsq(own, target)[0]
+        gain += target @ target - rest @ rest
+    assert _behind(still) == pytest.approx(gain)
+
+
+def test_the_likely_spread_is_that_of_the_frictions_less_their_errors(rng):
+    """At the present parameters: throws scatter by it and by the error of each."""
+    throws, error = 60, 0.003
+    own = 0.02 * rng.normal(size=throws)
+    around = 0.01 * rng.normal(size=throws)
+    reduced = np.zeros((throws, 3, 3))
+    reduced[:, 0, 0], reduced[:, 0, -1] = error**-2, (own - around) / error**2
+    linear: Any = SimpleNamespace(
+        reduced=reduced, ln_factors=around, model=SimpleNamespace(spread=0.1)
+    )
+    exact = float(np.sqrt(np.mean(own**2) - error**2))
+    assert _most_likely_spread(linear) == pytest.approx(exact, rel=0.05)
+    linear.model.spread = exact  # that of before is tried too
+    assert _most_likely_spread(linear) == pytest.approx(exact, rel=1e-9)
+
+
+def test_a_shortened_step_changes_amplitudes_by_the_same_part_of_their_logarithm():
+    places = GatePlaces(places=np.zeros(2), amplitude=0.01, values=np.zeros(2))
+    model = Model(ice=ANY_ICE, systematic_error=places)
+    foreseen = model.with_amplitude(0, 0.0001)
+    half = _part_of_the_way(model, foreseen, 0.5)
+    assert half.fields[0][1].amplitude == pytest.approx(0.001)
+    assert _part_of_the_way(model, foreseen, 1.0) is foreseen
+
+
+def test_a_throw_begins_as_in_the_last_fit_that_knows_it():
+    """Known by its number, its stone and its time; another stone of the throw is another."""
+    session = plain_session(throws=4, stones=np.array([1, 2, 3, 4]))
+    first, last = session.only([0, 1]), session.only([1, 3])
+
+    def fitted(some, number) -> Any:
+        return SimpleNamespace(
+            session=some, states=np.full((2, 6), number), ln_factors=np.array([number, -number])
+        )
+
+    states, ln_factors = releases_near(session, fitted(first, 7.0), fitted(last, 9.0))
+    assert states[[0, 1, 3]].tolist() == [[7.0] * 6, [9.0] * 6, [9.0] * 6]
+    assert states[2] == pytest.approx(session.first_states[2])
+    assert ln_factors.tolist() == [7.0, 9.0, 0.0, -9.0]
+    other = fitted(replace(last, stones=np.array([2, 5])), 9.0)
+    states, ln_factors = releases_near(session, other)
+    assert ln_factors.tolist() == [0.0, 9.0, 0.0, 0.0]
+    assert states[3] == pytest.approx(session.first_states[3])
+
+
+@pytest.mark.parametrize(("turned", "worst"), [(0.1, 1), (0.7, 2)])
+def test_the_worst_throw_is_named_by_metres_and_by_the_way_of_its_rim(turned, worst):
+    """A radian is 14 cm at the rim of a stone."""
+    session = plain_session(throws=3)
+    predicted = np.zeros((len(session.times), 6))
+    predicted[:, [0, 1, 4]] = session.observed
+    predicted[session.rows(1).start + 4, 0] += 0.06
+    predicted[session.rows(2).start + 2, 4] -= turned
+    model = Model(ice=ANY_ICE)
+    linear: Any = SimpleNamespace(model=model)
+    noise: Any = None
+    fitted = SessionFit(
+        session=session, noise=noise, states=np.zeros((3, 6)), predicted=predicted,
+        linear=linear, deviance=0.0,
+    )  # fmt: skip
+    off = {1: "0.06 m and 0 rad", 2: f"0 m and {turned} rad"}[worst]
+    assert fitted.worst_throw() == f"throw {worst} fits worst, by {off}"
+
+
+def test_equations_without_a_solution_are_an_error_of_the_throws():
+    with (
+        pytest.raises(FitError, match="no ice can be fitted to these throws"),
+        singular_fit_refused(),
+    ):
+        raise np.linalg.LinAlgError("Singular matrix")
