@@ -1,4 +1,4 @@
-"""What discovery does on each side of its thresholds, and that its grids leave no gaps."""
+"""Decisions of discovery on each side of its thresholds, and grids without gaps."""
 
 from __future__ import annotations
 
@@ -332,7 +332,7 @@ def lanes() -> list[np.ndarray]:
 
 
 def test_neighbouring_lengths_of_a_map_differ_by_one_factor(lanes):
-    """So that a map between two of them is described by both."""
+    """A map between two of them is then described by both."""
     fields = fields_to_try(PAPER_SHEET, lanes)
     assert {field.smoothness for field in fields} == {2.5, np.inf}
     for smoothness, factor in ((2.5, 1.6), (np.inf, 1.43)):

@@ -1,4 +1,4 @@
-"""Which candidates count as alternatives to an effect, with fits whose gains are given."""
+"""Alternatives to an effect, among fits whose gains are given."""
 
 from __future__ import annotations
 

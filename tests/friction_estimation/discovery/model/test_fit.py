@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -24,6 +24,7 @@ from friction_estimation.discovery import (
     refit,
     standard_errors,
 )
+from friction_estimation.discovery.model import fit as fits
 from friction_estimation.discovery.model.fit import (
     Point,
     SessionFit,
@@ -31,6 +32,7 @@ from friction_estimation.discovery.model.fit import (
     _most_likely_spread,
     _moved,
     _part_of_the_way,
+    _step,
     releases_near,
     singular_fit_refused,
 )
@@ -311,3 +313,184 @@ def test_equations_without_a_solution_are_an_error_of_the_throws():
         singular_fit_refused(),
     ):
         raise np.linalg.LinAlgError("Singular matrix")
+
+
+# --- steps of a fit, whose deviances are given ---------------------------------------------------
+
+
+@dataclass(frozen=True)
+class GivenLinear:
+    model: Model
+    value: float
+
+    def deviance(self) -> float:
+        return self.value
+
+
+@pytest.fixture
+def steps_of(monkeypatch):
+    """Fits whose deviance is that of a list; returns the length of every step, and the last one.
+
+    A step foresees a fall by `promised`.
+    """
+
+    def follow(deviances, *, promised=10.0, shared=False, behind=0.0, **options):
+        taken, values = [], iter(deviances)
+
+        def step(point, _, damping, shared):
+            taken.append((point.deviance, round(damping, 6), shared))
+            return point.linear.model, point.states, np.zeros(1), point.deviance - promised
+
+        monkeypatch.setattr(
+            fits, "linearise", lambda model, *_: (None, GivenLinear(model, next(values)))
+        )
+        monkeypatch.setattr(fits, "_step", step)
+        monkeypatch.setattr(fits, "_most_likely_spread", lambda _: 0.25)
+        monkeypatch.setattr(fits, "_behind", lambda _: behind)
+        monkeypatch.setattr(fits, "predict", lambda *_: None)
+        monkeypatch.setattr(fits, "_moved", lambda point, *_: point.linear)
+        session, noise = plain_session(throws=1), None
+        found = fit(Model(ice=ANY_ICE), session, noise, shared=shared, **options)  # pyright: ignore[reportArgumentType]
+        assert found.model.spread == (0.25 if shared else 0.0)
+        assert found.deviance == pytest.approx(taken[-1][0] - promised)
+        return [(value, damping) for value, damping, _ in taken[:-1]], taken[-1]
+
+    return follow
+
+
+def test_a_step_after_which_the_fit_is_worse_is_repeated_shorter(steps_of):
+    """A third as long each time; after a better one steps grow again, and only a whole one ends."""
+    values = [100.0, 50.0, 80.0, 60.0, 45.0, 44.99, 44.98, 44.97]
+    steps, last = steps_of(values, iterations=20)
+    assert steps == [
+        (100, 1),
+        (50, 1),
+        (50, 0.3),
+        (50, 0.09),
+        (45, 0.27),
+        (44.99, 0.81),
+        (44.98, 1),
+    ]
+    assert last == (44.97, 1.0, False)
+
+
+def test_a_fit_ends_after_a_whole_step_that_gains_nothing_and_not_before(steps_of):
+    steps, last = steps_of([100.0, 60.0, 59.9, 59.86], iterations=20)
+    assert [value for value, _ in steps] == [100.0, 60.0, 59.9]
+    assert last == (59.86, 1.0, False)
+
+
+def test_a_worse_step_that_might_gain_nothing_is_the_last(steps_of):
+    steps, last = steps_of([100.0, 60.0, 60.04], iterations=20)
+    assert steps == [(100.0, 1.0), (60.0, 1.0)]
+    assert last[0] == 60.0
+    # Otherwise steps are shortened three times more, to a thirtieth.
+    steps, last = steps_of([100.0, 60.0, 90.0, 90.0, 90.0, 90.0], iterations=20)
+    assert [damping for _, damping in steps] == [1.0, 1.0, 0.3, 0.09, 0.027]
+    assert last == (60.0, 1.0, False)
+    # Numbers that overflow are worse than any.
+    steps, _ = steps_of([100.0, np.inf, 90.0, 89.0, 88.0], iterations=5)
+    assert [damping for _, damping in steps[:4]] == [1.0, 0.3, 0.9, 1.0]
+
+
+def test_no_more_steps_are_taken_than_asked_for(steps_of):
+    steps, last = steps_of([100.0, 90.0, 80.0, 70.0], iterations=3)
+    assert [value for value, _ in steps] == [100.0, 90.0, 80.0]
+    assert last[0] == 80.0
+    assert len(steps_of([100.0], iterations=1)[0]) == 1
+
+
+def test_a_step_that_promises_nothing_needs_no_other_linearisation(steps_of):
+    """It is taken with the shared parameters; releases alone otherwise."""
+    steps, last = steps_of([100.0], promised=0.04, shared=True)
+    assert steps == [(100.0, 1.0)]
+    assert last == (100.0, 1.0, True)
+    steps, last = steps_of([100.0, 90.0, 89.99], promised=0.06, shared=True)
+    assert len(steps) == 2
+    assert last == (89.99, 1.0, False)
+    # Releases that are behind promise something too.
+    steps, last = steps_of([100.0, 90.0, 89.99], promised=0.01, behind=0.06, shared=True)
+    assert len(steps) == 2
+    assert last[2] is False
+    # A shortened step promises less than there is.
+    steps, _ = steps_of([100.0, 120.0, 90.0, 89.0, 88.99], promised=0.02, behind=0.04)
+    assert [damping for _, damping in steps] == [1.0, 0.3, 0.9, 1.0]
+
+
+def test_a_fit_ends_where_steps_as_large_as_the_last_would_not_reach_its_goal(steps_of):
+    values = [100.0, 90.0, 85.0, 84.0, 83.9, 83.89]
+    steps, last = steps_of(values, iterations=10, goal=60.0)
+    # After the third point seven steps of 5 would lead to 50, after the fourth six of 1 to 78.
+    assert [value for value, _ in steps] == [100.0, 90.0, 85.0]
+    assert last[0] == 84.0
+    steps, last = steps_of(values, iterations=10, goal=77.0)
+    assert last[0] == 84.0
+    steps, last = steps_of(values, iterations=10, goal=78.5)
+    assert last[0] == 83.9
+
+
+def best_of_throw(block, factor, spread, shared_step):
+    """Release and factor of a throw by least squares, after a step of the shared parameters."""
+    own = 7 if spread > 0.0 else 6
+    target = block[:, -1] - block[:, 7:-1] @ shared_step
+    if spread == 0.0:
+        target = target + block[:, 6] * factor
+    weak = 1.0 / np.append(RELEASE_SIGMA, spread or 1.0)[:own]
+    matrix = np.vstack([block[:, :own], np.diag(weak)])
+    beyond = np.zeros(own)
+    if spread > 0.0:
+        beyond[6] = -factor / spread
+    found = np.linalg.lstsq(matrix, np.append(target, beyond))[0]
+    return found[:6], factor + found[6] if spread > 0.0 else 0.0
+
+
+@pytest.mark.parametrize("spread", [0.0, 0.05])
+def test_without_shared_parameters_every_throw_goes_to_its_own_best(rng, spread):
+    columns, factors = random_columns(rng), 0.1 * rng.normal(size=3)
+    linear, states = linear_of(columns, factors, spread=spread), rng.normal(size=(3, 6))
+    session = plain_session(throws=3)
+    point = Point(states, linear, 123.0)
+    model, moved, found, least = _step(point, session, 0.3, False)
+    for k, block in enumerate(columns):
+        release, factor = best_of_throw(block, factors[k], spread, np.zeros(2))
+        assert moved[k] - states[k] == pytest.approx(release, rel=1e-6)
+        assert found[k] == pytest.approx(factor, abs=1e-9)
+    assert model.vector.tolist() == [0.0, 0.0]
+    assert least == 123.0
+    assert model.spread == spread
+
+
+@pytest.mark.parametrize("damping", [1.0, 0.3])
+def test_a_step_of_shared_parameters_is_shortened_and_the_throws_follow(rng, damping):
+    columns, factors = random_columns(rng, throws=6), 0.02 * rng.normal(size=6)
+    columns[:, :, 6] *= 30.0
+    columns[:, :, 7:9] *= 5.0
+    linear = linear_of(columns, factors, spread=0.1, ln_coupling=0.05)
+    states, session = np.zeros((6, 6)), plain_session(throws=6)
+    model, moved, found, least = _step(Point(states, linear, 0.0), session, damping, True)
+    whole = linear.total(model.spread)
+    full = np.linalg.solve(whole[:-1, :-1], whole[:-1, -1])
+    step = model.vector - linear.model.vector
+    assert step == pytest.approx(damping * full, rel=1e-6)
+    assert least == pytest.approx(linear.least(), abs=1e-6)
+    for k, block in enumerate(columns):
+        release, factor = best_of_throw(block, factors[k], model.spread, step)
+        assert moved[k] == pytest.approx(release, rel=1e-5)
+        assert found[k] == pytest.approx(factor, abs=1e-8)
+
+
+def test_no_step_leads_to_impossible_friction_or_to_another_side_of_an_unseen_spin(rng):
+    columns, factors = random_columns(rng), np.zeros(3)
+    columns[:, :, -1] += 50.0 * columns[:, :, 6]
+    columns[:, :, -1] -= 9.0 * columns[:, :, 5]
+    session = plain_session(throws=3, usual_spins=np.array([1.5, -1.5, 1.5]))
+    theta = session.theta.copy()
+    theta[: session.rows(1).stop] = np.nan
+    session = replace(session, theta=theta)
+    linear = linear_of(columns, factors, spread=100.0)
+    _, moved, found, _ = _step(Point(np.zeros((3, 6)), linear, 0.0), session, 1.0, False)
+    assert np.exp(found) == pytest.approx(np.full(3, np.exp(2.0)))
+    slowest = 1.5 - 2 * 0.6
+    assert moved[0, 5] == pytest.approx(slowest)
+    assert moved[1, 5] < -slowest  # the other way it is free
+    assert moved[2, 5] < -2.0  # its heading was seen

@@ -1,4 +1,4 @@
-"""What a model predicts and writes, part by part."""
+"""Parts of a model: its law, its camera, and the ice that it writes."""
 
 from __future__ import annotations
 

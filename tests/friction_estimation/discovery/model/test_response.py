@@ -153,7 +153,7 @@ def test_a_step_that_turns_stones_counts_a_tenth(step_of):
 
 
 def test_a_step_is_a_small_part_of_what_a_parameter_may_be(step_of):
-    """Where nothing shows it: a fiftieth of the bounds, or of one without bounds."""
+    """A fiftieth of the bounds, or of one without bounds, if nothing shows it."""
     assert step_of(0.0) == pytest.approx(0.02 * 2.0)
     assert step_of(0.0, low=-np.inf, high=np.inf) == pytest.approx(0.02)
     assert step_of(1e-9, low=0.0, high=0.5) == pytest.approx(0.02 * 0.5)
