@@ -10,10 +10,21 @@ from typing import Any
 import numpy as np
 import pytest
 
+from curling_env.physics import catalogue
 from friction_estimation import discover
-from friction_estimation.discovery import Dependence, Following, fit, naming, refit, sentence
+from friction_estimation.discovery import (
+    Dependence,
+    Following,
+    Term,
+    fit,
+    naming,
+    neutral_values,
+    refit,
+    sentence,
+)
 from friction_estimation.discovery.evidence.significance import EffectEvidence
 from friction_estimation.discovery.evidence.unknown.explanation import Explanation
+from friction_estimation.discovery.model.model import Model
 
 from .conftest import effect
 
@@ -120,3 +131,115 @@ def test_effects_are_proved_if_all_are_together_at_five_per_cent(monkeypatch, p,
     assert [effect.label for effect in effects] == list(proved)
     assert [term.label for term in named.model.terms] == ["given", *proved]
     assert sorted(unproved) == sorted(set(p) - set(proved))
+
+
+# --- beside an unknown, with misfits that are given ----------------------------------------------
+
+
+@pytest.fixture
+def beside(monkeypatch):
+    """Names beside an unknown: what was found, and what an explanation leaves and proves."""
+
+    def fit_of(excess, *labels, white=False, at_limit=(), pushes=None) -> Any:
+        cards = [catalogue()[label] for label in labels]
+        cards = [card if pushes is None else replace(card, pushes=pushes) for card in cards]
+        terms = tuple(Term(card=c, values=neutral_values(c), free=c.first) for c in cards)
+        terms = tuple(
+            t.with_values(**{t.free[0]: t.card.parameter(t.free[0]).high}) if t.name in at_limit
+            else t
+            for t in terms
+        )  # fmt: skip
+        ice: Any = SimpleNamespace()
+        model = Model(ice=ice, terms=terms)
+        return SimpleNamespace(
+            model=model, excess=excess, white=white, session="pushed", structure=("", 1.0)
+        )
+
+    def name(found, explained, *, gains, pushes=("a push",), turns=True, before=900.0, own=()):
+        def evidence(labels):
+            return [
+                EffectEvidence(label=k, gain=gains[k], p=0.001, improvements=np.zeros(0))
+                for k in labels
+                if k not in own
+            ]
+
+        def labels_of(fitted):
+            return [term.label for term in fitted.model.terms]
+
+        monkeypatch.setattr(
+            naming, "_proved", lambda fitted, *_: (fitted, evidence(labels_of(fitted)), [])
+        )
+        monkeypatch.setattr(naming, "misfit_of", lambda fitted: fitted)
+        monkeypatch.setattr(naming, "_without_pushes", lambda fitted, _: fitted)
+        monkeypatch.setattr(naming, "friction_structure", lambda fitted: fitted.structure)
+
+        def refitted(fitted, model):
+            return SimpleNamespace(**{**vars(fitted), "model": model})
+
+        monkeypatch.setattr(naming, "refit", refitted)
+        session = SimpleNamespace(turns=np.array([turns]))
+        base = SimpleNamespace(
+            model=SimpleNamespace(terms=[SimpleNamespace(label=k) for k in own]), session=session
+        )
+        selection: Any = SimpleNamespace(
+            base=base, best=found, before=SimpleNamespace(excess=before)
+        )
+        follows = Dependence(variable="spin", share=0.7, p=1e-4, push="left")
+        explanation = Explanation(fit=explained, pushes=pushes, dependences=[follows])
+        known = naming.Named(
+            fit=found, effects=evidence(labels_of(found)), after=found, structure=("order", 0.003)
+        )
+        named = naming._beside_unknown(known, explanation, selection)
+        assert named.unknown
+        return (
+            [effect.label for effect in named.effects],
+            labels_of(named.fit),
+            named.unproved,
+            [d.variable for d in named.dependences],
+            bool(named.pushes),
+        )
+
+    return fit_of, name
+
+
+def test_effects_are_named_if_they_gain_more_than_the_unknown_leaves(beside):
+    fit_of, name = beside
+    found = fit_of(400.0, "curl", "slope")
+    gains = {"curl": 60.0, "slope": 40.0, "air_drag": 0.0}
+    explained = fit_of(50.0, "air_drag", "curl", "slope")
+    # The slope may be a proxy of what is left; what was given stays.
+    assert name(found, explained, gains=gains, own=("air_drag",)) == (
+        ["curl"], ["air_drag", "curl"], ["slope"], ["spin"], True,
+    )  # fmt: skip
+    noise = fit_of(50.0, "air_drag", "curl", "slope", white=True)
+    assert name(found, noise, gains=gains, own=("air_drag",))[0] == ["curl", "slope"]
+    limit = fit_of(1.0, "curl", "slope", at_limit=("curl",))
+    assert name(found, limit, gains=gains)[:2] == (["slope"], ["slope"])
+
+
+def test_an_unknown_that_explains_less_than_the_effects_names_those_that_both_have(beside):
+    """It is not among the pushes, and the frictions follow what they followed."""
+    fit_of, name = beside
+    found = fit_of(400.0, "curl", "slope", "friction_patch")
+    gains = {"curl": 600.0, "slope": 600.0, "friction_patch": 600.0}
+    worse = fit_of(400.0, "curl")
+    assert name(found, worse, gains=gains) == (
+        ["curl"], ["curl"], ["slope", "friction_patch"], ["spin", "order"], False,
+    )  # fmt: skip
+    # Without pushes alike.
+    assert name(found, fit_of(10.0, "curl"), gains=gains, pushes=())[0] == ["curl"]
+    # If it explains nothing at all only friction may copy the unknown through the place.
+    assert name(found, fit_of(901.0, "curl"), gains=gains)[0] == ["curl", "slope"]
+    assert name(found, fit_of(899.0, "curl"), gains=gains)[0] == ["curl"]
+    small = {**gains, "slope": 399.0}
+    assert name(found, fit_of(901.0), gains=small)[0] == ["curl"]
+
+
+def test_without_headings_what_pushes_sideways_may_be_curl(beside):
+    fit_of, name = beside
+    gains = {"curl": 600.0}
+    for pushes, named in ((("along", "left"), []), (("along",), ["curl"])):
+        found = fit_of(400.0, "curl", pushes=pushes)
+        explained = fit_of(1.0, "curl", pushes=pushes)
+        assert name(found, explained, gains=gains, turns=False)[0] == named
+        assert name(found, explained, gains=gains, turns=True)[0] == ["curl"]

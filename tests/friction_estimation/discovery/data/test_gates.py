@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curling_env.errors import TrackTooShortError
+from curling_env.errors import InputError, TrackTooShortError
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
+from friction_estimation.discovery import open_session
 from friction_estimation.discovery.data.gates import gate_errors, gate_slides, row_noise
 
 
@@ -62,3 +63,23 @@ def test_edges_of_a_stone_at_one_gate_are_places_of_their_own():
     assert errors.place_sigma == pytest.approx(0.010)
     unknown, _ = gate_slides([timed([-9.0, 0.0, 9.0])])
     assert gate_errors(unknown).place_sigma == 1e-4
+
+
+def test_a_session_of_gates_weighs_rows_by_their_speed_and_sees_no_camera():
+    """The second stone is twice as fast, so that the same error of a time is twice as far."""
+    first, second = timed([-9.0, 0.0, 9.0], throw=4), timed([-9.0, 0.0, 9.0], throw=6)
+    second.t[:] /= 2.0
+    few = timed([0.0, 9.0], throw=5)
+    session = open_session([first, few, second])
+    assert session.gates is not None
+    assert session.throws.tolist() == [4, 6]
+    assert session.orders.tolist() == [0, 2]
+    noise = np.repeat([0.006, 0.012], 3)
+    assert session.sigma[:, 0] == pytest.approx(noise / np.sqrt(np.mean(noise**2)))
+    assert (session.sigma[:, 1] == 1.0).all()
+    assert np.isnan(session.theta).all()
+    assert session.measurements == ()
+    assert len(session.left_out) == 1
+    seen = Trajectory(t=np.arange(3.0), xy=np.zeros((3, 2)), throw=9)
+    with pytest.raises(InputError, match="throw 9 was seen by a camera"):
+        open_session([first, second, seen])

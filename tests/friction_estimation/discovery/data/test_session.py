@@ -17,7 +17,9 @@ from friction_estimation.discovery.data.session import (
     _elsewhere,
     _from_hog_line,
     _jitter_over_claims,
+    _laid_out,
     _relative,
+    _thinned,
     _with_heading,
     no_pushes,
 )
@@ -83,6 +85,14 @@ def test_the_first_states_are_those_of_a_stone_that_slows_down_evenly() -> None:
     session = plain_session(throws=2, rows=60, spacing=0.1)
     expected = [[0.0, -10.0, 0.0, 2.0, 0.0, 1.2], [0.0, 10.0, 0.0, -2.0, 0.0, 1.2]]
     assert session.first_states == pytest.approx(np.array(expected), abs=1e-6)
+    few = plain_session(throws=2)
+    assert few.first_states == pytest.approx(np.array(expected), abs=1e-6)
+    theta = few.theta.copy()
+    theta[few.rows(0)] = np.nan
+    blind = replace(few, theta=theta)
+    assert blind.turns.tolist() == [False, True]
+    assert blind.first_states[:, 4:] == pytest.approx(np.array([[0.0, 1.5], [0.0, 1.2]]))
+    assert not few.smoothed
     # Only what was seen at first counts: two seconds, or twenty rows of a slow film.
     late = session.xy + np.where(session.times > 2.05, 5.0, 0.0)[:, None]
     assert replace(session, xy=late).first_states == pytest.approx(session.first_states)
@@ -210,3 +220,33 @@ def test_jitter_is_measured_over_what_a_track_states(rng: np.random.Generator) -
         0.2, rel=0.15
     )
     assert _jitter_over_claims([slide(0.5, None)]) == 0.0
+
+
+def test_a_throw_begins_with_its_first_row() -> None:
+    """Its clock is that of the row, and its times count from there."""
+    pairs: list[Any] = []
+    for throw, clock in ((7, 100.0), (9, 200.0)):
+        whole = replace(track(throw=throw), clock=clock, stone=throw + 1)
+        pairs.append((SimpleNamespace(track=whole), np.array([40, 44, 50])))
+    session = _laid_out(pairs, {7: 3, 9: 5})
+    assert session.throws.tolist() == [7, 9]
+    assert session.orders.tolist() == [3, 5]
+    assert session.stones.tolist() == [8, 10]
+    assert session.clocks == pytest.approx([102.0, 202.0])
+    assert session.times == pytest.approx([0.0, 0.2, 0.5] * 2)
+    assert session.starts.tolist() == [0, 3, 6]
+    assert session.xy[3:] == pytest.approx(pairs[1][0].track.xy[[40, 44, 50]])
+    assert session.usual_spins.tolist() == [1.5, 1.5]
+
+
+@pytest.mark.parametrize(
+    ("fps", "spacing", "every"),
+    [(30, 0.0, 1), (50, 0.0, 1), (100, 0.0, 2), (240, 0.0, 6), (30, 1 / 3, 10), (4, 1 / 3, 1),
+     (2, 1 / 3, 1), (240, 1 / 3, 80)],
+)  # fmt: skip
+def test_rows_are_thinned_to_their_spacing_whenever_the_film_began(fps, spacing, every) -> None:
+    t = 50.0 + np.arange(0.0, 12.0, 1.0 / fps)
+    y = -5.0 + 1.2 * (t - 50.0)
+    whole = Trajectory(t=t, xy=np.column_stack([0 * y, y]))
+    slide: Any = SimpleNamespace(track=whole, rows=np.arange(len(t)), stretch=(0, len(t)))
+    assert _thinned(slide, spacing).tolist() == list(range(0, len(t), every))

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import combinations
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from friction_estimation.discovery import (
+    SessionNoise,
     base_model,
     choose_held_out,
     fit_with_noise,
@@ -16,6 +19,7 @@ from friction_estimation.discovery import (
     noise_floor,
     open_session,
 )
+from friction_estimation.discovery.evidence import hold_out
 from friction_estimation.discovery.evidence.hold_out import _gap
 
 from ..conftest import effect, plain_session
@@ -129,3 +133,35 @@ def test_a_gap_is_over_the_rows_after_the_first_seconds_and_at_the_last_ones():
     # Throws that ended in their first seconds count with all rows.
     early = _gap(session, squared, np.zeros(6, dtype=bool), session.xy)
     assert early.path_rms == pytest.approx(np.sqrt(230.0 / 6))
+
+
+def test_the_floor_of_one_throw_is_the_variance_of_a_forecast(monkeypatch, rng):
+    """From least squares on the first rows, with the friction of the throw unknown."""
+    session = plain_session(throws=2, rows=12, spacing=0.8)
+    columns = rng.normal(size=(24, 3, 9)) * np.linspace(1.0, 3.0, 24)[:, None, None]
+    noise = SessionNoise(white=(0.004, 0.004, 0.02), fading=(0.0,) * 3, memory=(0.1,) * 3)
+    model = SimpleNamespace(spread=0.03)
+    whole = SimpleNamespace(predicted=np.zeros((24, 6)), columns=columns)
+    monkeypatch.setattr(hold_out, "fit", lambda *_, **__: whole)
+    fitted: Any = SimpleNamespace(model=model, noise=noise)
+    floor = noise_floor(fitted, session)
+    errors = np.array([0.004, 0.004, 0.02])
+    late, last = [], []
+    for i in range(2):
+        rows = session.rows(i)
+        own = columns[rows][:, :, :7]
+        early = session.times[rows] <= 4.0
+        known = (own[early] / errors[:, None]).reshape(-1, 7)
+        weak = np.diag(1.0 / np.array([100.0, 100.0, 20.0, 20.0, 1e3, 50.0]))
+        release = np.vstack([known[:, :6], weak])
+        covariance = np.linalg.inv(release.T @ release)
+        taken = np.linalg.lstsq(release, np.append(known[:, 6], np.zeros(6)))[0]
+        for k, row in enumerate(own):
+            reach, by_friction = row[:2, :6], row[:2, 6] - row[:2, :6] @ taken
+            variance = np.trace(reach @ covariance @ reach.T)
+            variance += (0.03 * by_friction) @ (0.03 * by_friction) + 2 * 0.004**2
+            if not early[k]:
+                late.append(variance)
+        last.append(late[-1])
+    assert floor.path_rms == pytest.approx(np.sqrt(np.mean(late)), rel=1e-6)
+    assert floor.rest_error == pytest.approx(np.sqrt(np.mean(last)), rel=1e-6)

@@ -27,6 +27,7 @@ from friction_estimation.discovery.evidence import significance
 from friction_estimation.discovery.evidence.significance import (
     _fit_without,
     _p_between_throws,
+    _p_of_stones,
     broad_prior,
     own_values,
     throw_covariates,
@@ -327,3 +328,70 @@ def test_a_cameras_error_cannot_replace_an_effect_of_the_camera(monkeypatch, nam
     left: Any = _fit_without(fitted, name)
     assert left.terms == ()
     assert left.systematic_error.held == held
+
+
+def bias_of(stone: float, *free: str) -> Term:
+    card = catalogue()["stone_bias"]
+    return Term(card=card, values=neutral_values(card, stone=stone), free=free or ("factor",))
+
+
+def test_the_own_value_of_a_throw_is_that_of_its_stone_and_of_the_first_parameter():
+    """Of throws by stones 4 and 9 the columns of their stones follow those of the model."""
+    stones = np.array([9, 4, 9])
+    asked: list[tuple[Any, ...]] = []
+    grams = np.zeros((3, 6, 6))
+    for i, place in enumerate((4, 3, 4)):  # after three shared parameters
+        grams[i, place, place], grams[i, place, -1] = (i + 1.0) ** 2, 10.0 * (i + 1)
+
+    def linear_with(*terms):
+        asked.extend((term.stone, term.free) for term in terms)
+        return SimpleNamespace(each=lambda: (grams, None))
+
+    model = SimpleNamespace(vector=np.zeros(3))
+    fitted: Any = SimpleNamespace(
+        session=plain_session(throws=3, stones=stones), linear_with=linear_with, model=model
+    )
+    own, sigma = own_values(fitted, bias_of(9.0, "curl_factor", "factor"))
+    assert asked == [(4, ("curl_factor",)), (9, ("curl_factor",))]
+    assert own == pytest.approx([10.0, 5.0, 10.0 / 3])
+    assert sigma == pytest.approx([1.0, 1 / 2, 1 / 3])
+
+
+def test_stones_differ_by_the_weighted_values_of_their_throws(monkeypatch):
+    """A stone that was thrown once is no stone to compare, but its throw counts."""
+    stones = np.array([1, 1, 2, 2, 2, 7, 1, 2])
+    rng = np.random.default_rng(6)
+    own, sigma = rng.normal(size=8) + (stones == 1), rng.uniform(0.5, 2.0, 8)
+    monkeypatch.setattr(significance, "own_values", lambda *_: (own, sigma))
+    fitted: Any = SimpleNamespace(session=plain_session(throws=8, stones=stones))
+    columns = np.column_stack([stones == 1, stones == 2]).astype(float)
+    weights = 1.0 / (sigma**2 + np.median(sigma) ** 2)
+    expected = strongest_correlation(columns, own, weights)[1]
+    assert _p_of_stones(fitted, bias_of(1.0)) == pytest.approx(expected)
+
+
+def test_each_effect_is_tested_by_what_shows_it(monkeypatch):
+    """One between throws by their frictions, one of a stone by its throws, others by scores."""
+    terms = {
+        "drift": Term(
+            card=catalogue()["time_drift"], values=neutral_values(catalogue()["time_drift"]),
+            free=catalogue()["time_drift"].first,
+        ),
+        "curls": bias_of(1.0, "curl_factor"),
+        "curl": Term(card=catalogue()["curl"], values={}, free=("strength",)),
+    }  # fmt: skip
+    assert terms["drift"].between_throws
+    assert not terms["curls"].between_throws
+    model: Any = SimpleNamespace(term=terms.__getitem__)
+    fitted: Any = SimpleNamespace(
+        session=SimpleNamespace(throws=np.arange(3)), model=model, deviance=5.0
+    )
+    monkeypatch.setattr(significance, "_fit_without", lambda *_: SimpleNamespace(deviance=8.0))
+    monkeypatch.setattr(significance, "_scores", lambda *_: np.zeros(3))
+    monkeypatch.setattr(significance, "fit_to", lambda fitted, whole: whole)
+    monkeypatch.setattr(significance, "_p_between_throws", lambda whole: 0.25)
+    monkeypatch.setattr(significance, "_p_of_stones", lambda whole, term: 0.5)
+    whole: Any = SimpleNamespace()
+    found = weigh_evidence(fitted, list(terms), None, whole)
+    assert [effect.p for effect in found] == [0.25, 0.5, 1.0]
+    assert [effect.gain for effect in found] == [3.0, 3.0, 3.0]

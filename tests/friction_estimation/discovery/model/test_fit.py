@@ -12,6 +12,7 @@ from curling_env.ice import Ice
 from curling_env.physics import State, catalogue, slide
 from curling_env.throw import Throw
 from friction_estimation.discovery import (
+    SessionNoise,
     Term,
     base_model,
     candidates,
@@ -494,3 +495,49 @@ def test_no_step_leads_to_impossible_friction_or_to_another_side_of_an_unseen_sp
     assert moved[0, 5] == pytest.approx(slowest)
     assert moved[1, 5] < -slowest  # the other way it is free
     assert moved[2, 5] < -2.0  # its heading was seen
+
+
+def given_fit(session, rng, *, spread=0.03) -> SessionFit:
+    """A fit of white noise whose predictions are off by some millimetres."""
+    noise = SessionNoise(white=(0.004, 0.002, 0.02), fading=(0.0,) * 3, memory=(0.1,) * 3)
+    predicted = np.zeros((len(session.times), 6))
+    predicted[:, [0, 1, 4]] = session.observed + 0.005 * rng.normal(size=(len(predicted), 3))
+    throws = len(session)
+    grams = np.zeros((throws, 10, 10))
+    model = Model(ice=ANY_ICE, spread=spread)
+    linear = Linearisation(model=model, ln_factors=0.1 * rng.normal(size=throws), grams=grams)
+    return SessionFit(
+        session=session, noise=noise, states=session.first_states, predicted=predicted,
+        linear=linear, deviance=0.0,
+    )  # fmt: skip
+
+
+def test_columns_around_a_fit_are_weighed_by_the_noise_throw_by_throw(rng):
+    """By that of each coordinate, and by what each row is said to err."""
+    session = plain_session(throws=3, rows=5)
+    sigma = rng.uniform(0.5, 2.0, (15, 2))
+    theta = session.theta.copy()
+    theta[7] = np.nan
+    session = replace(session, sigma=sigma, theta=theta)
+    fitted = given_fit(session, rng)
+    fitted = replace(fitted, predicted=np.nan_to_num(fitted.predicted))
+    columns = rng.normal(size=(15, 3, 9))
+    other = replace(fitted.model, ln_mu=0.7, spread=9.0)
+    linear = fitted.linear_in(other, columns, fitted.residuals)
+    assert linear.model.ln_mu == 0.7
+    assert linear.model.spread == fitted.model.spread
+    assert linear.ln_factors is fitted.ln_factors
+    residuals = session.observed - fitted.predicted[:, [0, 1, 4]]
+    assert fitted.residuals == pytest.approx(residuals, nan_ok=True)
+    errors = np.array([0.004, 0.002, 0.02]) * sigma[:, [0, 0, 1]]
+    for i, gram in enumerate(linear.grams):
+        rows = session.rows(i)
+        whole = np.concatenate([columns[rows], residuals[rows][:, :, None]], axis=2)
+        whole = (whole / errors[rows][:, :, None]).reshape(-1, 10)
+        whole = whole[np.isfinite(whole[:, -1])]
+        assert len(whole) == (14 if i == 1 else 15)
+        expected = whole.T @ whole
+        if i == 1:  # of five headings none shows a spin
+            continue
+        assert gram[:4, :4] == pytest.approx(expected[:4, :4])
+        assert gram[6:, 6:-1] == pytest.approx(expected[6:, 6:-1])

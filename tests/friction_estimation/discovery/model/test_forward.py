@@ -168,7 +168,7 @@ def varied_session() -> Session:
 
 
 def is_swept(throw: int, t: float) -> bool:
-    """Whether a throw of that session is swept; sweeping begins and ends midway between rows."""
+    """Return whether a throw of that session is swept: begin and end are midway between rows."""
     if throw == 1:
         return 2.125 < t < 4.125 or 6.125 < t < 7.125
     return throw == 2 and (t < 3.125 or t > 8.125)

@@ -15,7 +15,7 @@ from friction_estimation.discovery.model.response import (
     _solve,
     instants_of,
 )
-from friction_estimation.discovery.model.sensitivity import _merged, _step
+from friction_estimation.discovery.model.sensitivity import Sensitivities, _merged, _step
 
 from ..conftest import plain_session
 
@@ -165,3 +165,27 @@ def test_a_step_leads_away_from_a_bound(step_of):
     assert abs(step_of(20.0, value=1.0)) == pytest.approx(step_of(20.0))
     assert step_of(20.0, known=0.25, value=0.5) == 0.25
     assert step_of(20.0, known=0.25, value=0.8) == -0.25
+
+
+def test_columns_of_a_throw_stand_in_their_places(rng):
+    """Those of a map are computed when they are asked for."""
+    session = plain_session(throws=2, rows=4)
+    single = {place: rng.normal(size=(8, 3, 1)) for place in (0, 6, 7, 8)}
+    wide = rng.normal(size=(8, 3, 2))
+    found = Sensitivities(predicted=np.zeros((8, 6)), differences={**single, 10: wide})
+    further = rng.normal(size=(4, 3, 1))
+    rows = session.rows(1)
+    columns = found.of_throw(rows, 1, further)
+    expected = [*(single[k][rows] for k in (0, 6, 7, 8)), wide[rows], further]
+    assert columns == pytest.approx(np.concatenate(expected, axis=2))
+    paths = free_motion(session)
+    paths = paths._replace(friction=np.tile([1.0, 0.0, 0.0], (len(paths.path), 1)))
+    patterns = np.ones((len(paths.path), 2)) * [1.0, -3.0]
+    mapped = Sensitivities(
+        predicted=np.zeros((8, 6)), differences=single, patterns=patterns, map_place=9, paths=paths
+    )
+    columns = mapped.of_throw(rows, 1)
+    assert columns.shape == (4, 3, 6)
+    t = session.times[rows]
+    assert columns[:, 0, 4] == pytest.approx(t**2 / 2, abs=2e-3)
+    assert columns[:, 0, 5] == pytest.approx(-1.5 * t**2, abs=6e-3)

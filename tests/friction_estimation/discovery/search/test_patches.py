@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -18,7 +22,10 @@ from friction_estimation.discovery import (
 )
 from friction_estimation.discovery.evidence.intervals import with_sides
 from friction_estimation.discovery.model.candidates import known_effects
+from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.search import patches
 from friction_estimation.discovery.search.patches import (
+    SideScan,
     _best_rectangle,
     grid_over,
     place_sides,
@@ -179,3 +186,76 @@ def test_a_rectangle_extends_to_the_left_where_no_stone_ran():
         information[column, 0, column, 0] = 1.0
     right_side = np.array([[0.1], [0.0], [0.0], [9.0]])
     assert _best_rectangle(information, right_side, 1) == (1, 4, 0, 1)
+
+
+# --- choices of sides and effects, with deviances that are given ---------------------------------
+
+
+@dataclass(frozen=True)
+class Given:
+    """A fit of which the model and the deviance are known."""
+
+    model: Model
+    deviance: float
+    session: Any = None
+
+
+def patched(free: tuple[str, ...] = ("factor",)) -> Given:
+    card = known_effects()["friction_patch"]
+    term = Term(card=card, values={**PATCH, "factor": 1.1, "edge": 0.1}, free=free)
+    ice: Any = SimpleNamespace(sheet=PAPER_SHEET)
+    return Given(Model(ice=ice, terms=(term,)), 700.0)
+
+
+@pytest.mark.parametrize(("deviance", "moved"), [(698.9, True), (699.1, False)])
+def test_a_side_is_moved_to_the_best_place_if_that_fits_better_by_one(monkeypatch, deviance, moved):
+    shifts, none = np.array([-0.3, 0.0, 0.2]), np.zeros((3, 1))
+    scans = {
+        "x_min": SideScan(shifts, np.array([650.0, 700.0, 690.0]), none),
+        "x_max": SideScan(shifts, np.array([710.0, 700.0, 705.0]), none),
+    }
+    monkeypatch.setattr(patches, "scan_side", lambda _, __, side: scans[side])
+    monkeypatch.setattr(
+        patches,
+        "refit",
+        lambda fitted, model, *, iterations: replace(fitted, model=model, deviance=deviance),
+    )
+    placed: Any = place_sides(patched())  # pyright: ignore[reportArgumentType]
+    values = placed.model.terms[0].values
+    assert values["x_min"] == pytest.approx(PATCH["x_min"] - (0.3 if moved else 0.0))
+    assert values["x_max"] == PATCH["x_max"]
+    assert values["y_min"] == PATCH["y_min"]
+    # A side that is fitted is placed by the fit.
+    assert sides_along(patched(("factor", "x_min")).model) == [("friction_patch", "x_max")]
+
+
+def test_patches_are_searched_once_where_places_are_seen(monkeypatch):
+    rectangle = (-0.5, 0.5, 1.0, 4.0)
+    asked = []
+
+    def find(_, grid):
+        asked.append(grid)
+        return rectangle
+
+    monkeypatch.setattr(patches, "find_rectangle", find)
+    xy = np.array([[-0.6, -9.0], [0.6, 9.0], [50.0, 90.0]])
+    ice: Any = SimpleNamespace(sheet=PAPER_SHEET)
+    session = SimpleNamespace(gates=None, measurements=(), xy=xy)
+    bare: Any = Given(Model(ice=ice), 700.0, session)
+    (found,) = find_patches(bare)
+    assert [found.values[side] for side in ("x_min", "x_max", "y_min", "y_max")] == [*rectangle]
+    assert found.free == found.card.first
+    for name, value in found.card.neutral.items():
+        assert found.values[name] == value
+    # A place off the sheet, of a wild track, does not widen the grid; cells are 0.25 m by 1 m.
+    (grid,) = asked
+    assert grid.low == (-0.6, -9.0)
+    assert grid.size == (0.25, 1.0)
+    across = int(np.ceil((PAPER_SHEET.width / 2 + 0.6) / 0.25))
+    assert grid.shape == (across, int(np.ceil(PAPER_SHEET.length / 2 + 9.0)))
+    assert find_patches(replace(patched(), session=session)) == []  # pyright: ignore[reportArgumentType]
+    session.gates = SimpleNamespace()
+    assert find_patches(bare) == []
+    session.gates = None
+    monkeypatch.setattr(patches, "find_rectangle", lambda *_: None)
+    assert find_patches(bare) == []

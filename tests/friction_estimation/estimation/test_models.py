@@ -1,0 +1,82 @@
+"""Models with which an estimate begins."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from curling_env.ice import ActiveEffect, Ice
+from curling_env.physics import catalogue
+from curling_env.sheet import PAPER_SHEET
+from friction_estimation.discovery import CARD
+from friction_estimation.discovery.data.session import Session
+from friction_estimation.estimation.whole_ice import believed_model, known_effects_model
+
+USUAL = {card.name for card in catalogue().values() if card.usual}
+CURL = ActiveEffect(name="curl", parameters={"strength": 0.004, "speed_exponent": 0.7})
+
+
+@pytest.fixture(scope="module")
+def session() -> Session:
+    """Two throws that slow down by 0.12 m/s²."""
+    t = np.arange(0.0, 8.0, 0.5)
+    y = np.concatenate([way * (-10.0 + 2.0 * t - 0.06 * t**2) for way in (1.0, -1.0)])
+    rows = len(t)
+    return Session(
+        throws=np.arange(2), orders=np.arange(2), stones=np.zeros(2, dtype=np.intp),
+        clocks=np.array([0.0, 60.0]), times=np.tile(t, 2), xy=np.column_stack([0 * y, y]),
+        theta=np.tile(t, 2), swept=0 * y, sigma=np.ones((2 * rows, 2)),
+        starts=np.array([0, rows, 2 * rows]), usual_spins=np.full(2, 1.5),
+    )  # fmt: skip
+
+
+def test_an_ice_begins_with_the_effects_of_every_rink_at_the_friction_of_the_throws(session):
+    model = believed_model(Ice.uniform(0.03), session)
+    assert {term.name for term in model.terms} == {*USUAL, CARD.name}
+    assert model.ice.friction.mu == pytest.approx(0.12 / 9.80665)
+    for term in model.terms:
+        if term.map_field is None:
+            assert term.free
+            for name, value in catalogue()[term.name].usual.items():
+                assert term.values[name] == value
+    assert model.map_field is not None
+    assert not model.map_field.values.any()
+    assert model.map_field.known is None
+
+
+def test_effects_of_the_start_take_the_place_of_the_usual_ones(session):
+    model = believed_model(Ice.uniform(0.01, effects=(CURL,)), session)
+    curls = [term for term in model.terms if term.name == "curl"]
+    assert len(curls) == 1
+    assert curls[0].values["strength"] == 0.004
+    assert {term.name for term in model.terms} == {*USUAL, CARD.name, "curl"}
+
+
+def test_the_map_of_another_day_holds_within_its_sigma(session):
+    mu = np.full(PAPER_SHEET.shape, 0.02)
+    mu[40:] = 0.01
+    before = Ice.uniform(0.01)
+    friction = replace(before.friction, mu=mu, sigma=0.1 * mu)
+    model = believed_model(replace(before, friction=friction), session, from_map=True)
+    assert model.ice.friction.mu == pytest.approx(mu)
+    assert model.map_field is not None
+    assert model.map_field.known == pytest.approx(np.full(mu.size, 0.1))
+    # In the middle of the lengths and changes that are tried.
+    assert 1.5 < model.map_field.length < 4.0
+    assert 0.002 < model.map_field.amplitude < 0.1
+
+
+def test_known_effects_stay_as_they_are_and_paths_bend_freely(session):
+    slope = ActiveEffect(name="slope", parameters={"x": 1e-4, "y": 0.0})
+    model = known_effects_model(Ice.uniform(0.01, effects=(slope,)), session)
+    free = {term.name: term.free for term in model.terms}
+    assert free == {"slope": (), "curl": catalogue()["curl"].first, CARD.name: ()}
+    assert all(not term.beliefs for term in model.terms)
+    assert model.term("slope").values["x"] == 1e-4
+    # Known curl is known.
+    model = known_effects_model(Ice.uniform(0.01, effects=(CURL,)), session, uniform=True)
+    assert {term.name: term.free for term in model.terms} == {"curl": ()}
+    assert model.map_field is None
+    assert model.ice.friction.mu == pytest.approx(0.12 / 9.80665)
