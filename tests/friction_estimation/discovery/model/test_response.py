@@ -15,7 +15,12 @@ from friction_estimation.discovery.model.response import (
     _solve,
     instants_of,
 )
-from friction_estimation.discovery.model.sensitivity import Sensitivities, _merged, _step
+from friction_estimation.discovery.model.sensitivity import (
+    Sensitivities,
+    _merged,
+    _moved,
+    _step,
+)
 
 from ..conftest import plain_session
 
@@ -97,6 +102,18 @@ def test_rows_and_instants_are_followed_in_the_order_of_time():
     assert starts.tolist() == [0, 5, 9]
     assert rows.tolist() == [0, 2, 4, 5, 7, 8]
     assert at.tolist() == [1, 3, 6]
+
+
+def test_releases_are_moved_one_number_after_the_other_and_hardly():
+    """By millimetres, parts of a millimetre per second, and milliradians."""
+    states = np.arange(12.0).reshape(2, 6)
+    moved = _moved(states)
+    assert len(moved) == 6
+    for j, other in enumerate(moved):
+        change = other - states
+        assert (change[:, j] > 1e-4).all()
+        assert (change[:, j] < 3e-3).all()
+        assert not np.delete(change, j, axis=1).any()
 
 
 # --- steps of finite differences -----------------------------------------------------------------

@@ -337,3 +337,68 @@ def test_candidates_that_gain_just_what_is_needed_are_not_taken(endless, monkeyp
 
 def test_without_candidates_there_are_no_scores():
     assert selection.score_candidates(BARE, []) == []  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "taken"),
+    [
+        (975.0, 960.0, "second"),  # the better of two finer forms
+        (979.0, 985.0, "first"),  # it gains the 20 that one parameter and a further one need
+        (981.0, 985.0, ""),
+        (970.0, 975.0, "first"),  # the second is better than none, but not than the first
+    ],
+)
+def test_the_best_finer_form_is_taken_if_it_pays(monkeypatch, first, second, taken):
+    starts = (
+        {"speed_exponent": 0.3, "spin_exponent": 0.1},
+        {"speed_exponent": 0.9, "spin_exponent": 0.2},
+        {"strength": 0.5},  # it names nothing that is not fitted
+    )
+    curl = of_card("curl", finer=lambda _: starts)
+    begin = replace(BARE, model=BARE.model.with_terms(curl))
+    goals = []
+
+    def given(fitted, model, *, iterations, goal):
+        exponent = model.terms[-1].values["speed_exponent"]
+        goals.append(goal)
+        return replace(fitted, model=model, deviance=first if exponent == 0.3 else second)
+
+    monkeypatch.setattr(selection, "refit", given)
+    monkeypatch.setattr(selection, "place_sides", lambda fitted: fitted)
+    monkeypatch.setattr(selection, "_at_its_level", lambda _, model: model)
+    found = refine(begin)  # pyright: ignore[reportArgumentType]
+    (term,) = found.model.terms
+    if taken:
+        assert term.free == ("strength", "speed_exponent", "spin_exponent")
+        assert term.values["speed_exponent"] == (0.3 if taken == "first" else 0.9)
+        assert found.deviance == (first if taken == "first" else second)
+    else:
+        assert found is begin
+    assert goals == [980.0, min(980.0, first)]
+
+
+@pytest.mark.parametrize(
+    ("losses", "left"),
+    [
+        ({"curl": 16.1, "slope": 20.1}, {"curl", "slope"}),
+        ({"curl": 15.9, "slope": 20.1}, {"slope"}),
+        ({"curl": 16.1, "slope": 19.9}, {"curl"}),  # a slope has two parameters
+        ({"curl": 5.0, "slope": 4.0, "air_drag": 99.0}, {"air_drag"}),
+        ({"curl": 5.0, "slope": 4.0}, {"curl"}),  # the last one is for the selection to judge
+    ],
+)
+def test_terms_below_what_they_need_are_dropped_the_weakest_first(monkeypatch, losses, left):
+    terms = [of_card(name) for name in losses]
+    begin = replace(BARE, model=BARE.model.with_terms(*terms))
+
+    def without(fitted, term, goal):
+        assert goal == fitted.deviance + 16.0 + 4.0 * (len(term.free) - 1)
+        model = fitted.model.without(term.label)
+        return replace(fitted, model=model, deviance=fitted.deviance + losses[term.name])
+
+    monkeypatch.setattr(selection, "_without", without)
+    found = prune(begin, set())  # pyright: ignore[reportArgumentType]
+    assert {term.label for term in found.model.terms} == left
+    # Terms of the given model stay, and do not count as others.
+    kept = prune(begin, set(losses))  # pyright: ignore[reportArgumentType]
+    assert kept is begin
