@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from curling_env.ice import Ice
 from curling_env.physics import catalogue
 from friction_estimation.discovery import (
     CARD,
     Dependence,
+    SessionNoise,
     Term,
     calibrate,
     neutral_values,
@@ -152,3 +154,74 @@ def test_candidates_that_were_fitted_go_first():
         {"name": "air_drag", "gain": 3.0, "needed": None},
     ]
     assert reports.smallest_detectable(found) == {"air_drag": {"a": 0.3}}
+
+
+@pytest.fixture
+def whole(monkeypatch):
+    """A finding of which every part of a report is given."""
+    for name, value in (("sentence", "V."), ("doubts", ["D."]), ("remarks", ["R."]),
+                        ("changes", [])):  # fmt: skip
+        monkeypatch.setattr(reports, name, lambda _, value=value: value)
+    monkeypatch.setattr(reports, "standard_errors", lambda _: {("", "ln_mu"): 0.01})
+    monkeypatch.setattr(reports, "with_sides", lambda _, errors: errors)
+    noise = SessionNoise(white=(3e-3, 3e-3, 0.01), fading=(4e-3, 4e-3, 0.0), memory=(0.3, 0.4, 9.0))
+    curl = of_effect("curl")
+    base = SimpleNamespace(
+        ice=Ice.uniform(0.009), ln_mu=0.1, ln_coupling=-0.2, spread=0.0123456789, terms=(curl,)
+    )
+    gap = SimpleNamespace(numbers=lambda: {"path_rms_m": 0.1})
+    before = SimpleNamespace(ratio=3.0)
+    return finding(
+        effects=[], unknown=False, events=[],
+        final_base=SimpleNamespace(model=base),
+        final=SimpleNamespace(noise=noise, model=SimpleNamespace(spread=0.004)),
+        gaps={"before": gap}, session=SimpleNamespace(throws=np.array([4, 6, 8]), left_out=("x",)),
+        held_out=np.array([1]), closure=0.98765432, structure=("order", 0.0123456789),
+        after=Misfit(chi2=np.array([30.0]), dof=np.array([20.0])),
+        selection=SimpleNamespace(before=before, rounds=[SimpleNamespace(trials=[], scores=[])]),
+    )  # fmt: skip
+
+
+def test_a_report_has_friction_noise_and_what_is_left_in_numbers(whole):
+    found = reports.document(whole, provenance={"version": "1"})
+    mu = 0.009 * np.exp(0.1)
+    assert found["verdict"] == "V."
+    assert found["effects"] == []
+    assert found["gap"] == {
+        "before": {"path_rms_m": 0.1}, "held_out_throws": [6], "closure": 0.987654
+    }  # fmt: skip
+    base = found["baseline"]
+    assert base["mu"] == pytest.approx(mu, rel=1e-5)
+    assert base["mu_stderr"] == pytest.approx(0.01 * mu, rel=1e-5)
+    assert base["mu_spread"] == 0.0123457
+    coupling = Ice.uniform(0.009).stone.spin_coupling
+    assert base["spin_coupling"] == pytest.approx(coupling * np.exp(-0.2), rel=1e-5)
+    assert base["effects"] == ["curl"]
+    assert base["slow_misfit"] == 3.0
+    assert found["remaining"] == {
+        "slow_misfit": 1.5, "white": True, "mu_spread": 0.004,
+        "mu_follows": "order", "mu_follows_p": 0.0123457,
+    }  # fmt: skip
+    assert found["noise"] == {"position_m": 0.005, "heading_rad": 0.01, "memory_s": 0.4}
+    assert found["left_out"] == ["x"]
+    assert found["next_throws"] == []
+    assert found["provenance"] == {"version": "1"}
+    assert "provenance" not in reports.document(whole)
+
+
+def test_a_report_lists_calibrations_an_unknown_and_events_beside_effects(whole):
+    whole.calibrations = (
+        calibrate("scale_error", [read_reference("21,20,0.1", "scale_error")]),
+        calibrate("frame_rate_error", [read_reference("20,20", "frame_rate_error")]),
+    )
+    whole.unknown, whole.events = True, [8]
+    following: Any = [SimpleNamespace(as_dict=lambda: {"words": "a draw"})]
+    found = reports.document(whole, following)
+    assert [effect["name"] for effect in found["effects"]] == ["scale_error", "unknown", "unknown"]
+    assert found["effects"][1]["depends_on"] == []
+    assert found["effects"][2]["depends_on"] == ["event"]
+    assert found["next_throws"] == [{"words": "a draw"}]
+    assert found["undecidable"]["names"] == []
+    noise = whole.final.noise
+    whole.final.noise = SessionNoise(white=noise.white, fading=(0.0, 0.0, 1.0), memory=noise.memory)
+    assert reports.document(whole)["noise"]["memory_s"] == 0.0

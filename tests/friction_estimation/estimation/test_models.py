@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +14,13 @@ from curling_env.physics import catalogue
 from curling_env.sheet import PAPER_SHEET
 from friction_estimation.discovery import CARD
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.estimation.whole_ice import believed_model, known_effects_model
+from friction_estimation.estimation import whole_ice
+from friction_estimation.estimation.whole_ice import (
+    _estimate,
+    _fit,
+    believed_model,
+    known_effects_model,
+)
 
 USUAL = {card.name for card in catalogue().values() if card.usual}
 CURL = ActiveEffect(name="curl", parameters={"strength": 0.004, "speed_exponent": 0.7})
@@ -80,3 +88,72 @@ def test_known_effects_stay_as_they_are_and_paths_bend_freely(session):
     assert {term.name: term.free for term in model.terms} == {"curl": ()}
     assert model.map_field is None
     assert model.ice.friction.mu == pytest.approx(0.12 / 9.80665)
+
+
+@dataclass(frozen=True)
+class GivenModel:
+    ripple: Any = None
+
+
+@pytest.fixture
+def steps(monkeypatch):
+    """Steps of a fit in words, and the ripple that a search finds."""
+    ripple: list[Any] = [None]
+
+    def fitted(model, session, noise=None):
+        words = f"fit{' with a ripple' if model.ripple else ''}{' again' if noise else ''}"
+        return SimpleNamespace(model=model, noise="noise", steps=[words])
+
+    def renewed(fit):
+        return SimpleNamespace(**{**vars(fit), "steps": [*fit.steps, "renewed"]})
+
+    monkeypatch.setattr(whole_ice, "fit_with_noise", fitted)
+    monkeypatch.setattr(whole_ice, "renew_map", renewed)
+    monkeypatch.setattr(whole_ice, "find_ripple", lambda _: SimpleNamespace(ripple=ripple[0]))
+
+    def run(bias="auto", *, uniform=False, found=None):
+        ripple[0] = found
+        model: Any = GivenModel()
+        session: Any = None
+        fit, search = _fit(model, session, bias, uniform=uniform)
+        return fit.steps, search is not None
+
+    return run
+
+
+def test_a_bias_is_searched_with_a_map_and_fitted_if_it_is_found(steps):
+    assert steps() == (["fit", "renewed"], True)
+    assert steps("off") == (["fit", "renewed"], False)
+    assert steps(uniform=True) == (["fit"], False)
+    assert steps(found="ripple") == (["fit with a ripple again", "renewed"], True)
+
+
+def test_the_level_of_an_estimate_is_the_mean_logarithm_where_stones_ran(monkeypatch):
+    """Its slides are those of the fit and of exceptional throws."""
+    slides = [SimpleNamespace(track=SimpleNamespace(throw=k)) for k in (1, 2, 3, 4)]
+    monkeypatch.setattr(whole_ice, "free_slides", lambda _: (slides, ["throw 9: too short"]))
+    session = SimpleNamespace(
+        gates=None, throws=np.array([1, 3]), left_out=("throw 9: too short", "throw 8: off")
+    )
+    fitted: Any = SimpleNamespace(session=session)
+    mu, observed = np.full(PAPER_SHEET.shape, 0.5), np.zeros(PAPER_SHEET.shape, dtype=bool)
+    mu[3, :2], observed[3, :2] = [0.004, 0.016], True
+    level = SimpleNamespace(sigma=0.05)
+    friction = replace(Ice.uniform(0.01).friction, mu=mu, observed=observed)
+    ice: Any = SimpleNamespace(
+        friction=SimpleNamespace(mu=friction.mu, observed=friction.observed, level=level)
+    )
+    found = _estimate(ice, fitted, None, [])
+    assert found.mu == pytest.approx(0.008)
+    assert found.sigma == pytest.approx(0.0004)
+    assert [slide.track.throw for slide in found.slides] == [1, 3]
+    assert found.skipped == ("throw 9: too short", "throw 8: off")
+    assert found.fit is fitted
+    assert found.camera_bias is None
+    discovery: Any = SimpleNamespace(events=[4], seen="seen")
+    odd = _estimate(ice, fitted, None, [], discovery=discovery)
+    assert [slide.track.throw for slide in odd.slides] == [1, 3, 4]
+    assert odd.fit == "seen"
+    level.sigma = 0.0
+    assert np.isnan(_estimate(ice, fitted, None, [], uniform=True).sigma)
+    assert _estimate(ice, fitted, None, [], uniform=True).mu == 0.5

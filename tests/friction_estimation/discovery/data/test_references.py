@@ -78,7 +78,7 @@ def test_corrected_tracks_have_true_lengths_and_times(make_session):
 
 
 def test_references_count_by_their_precision():
-    """As a weighted mean of factors: 1.02 to 1 %, and 1.05 to 2 %."""
+    """The weighted mean of two factors: 1.02 to 1 %, and 1.05 to 2 %."""
     first, second = (read_reference(text, "scale_error") for text in ("20.4,20,0.2", "10.5,10,0.2"))
     found = calibrate("scale_error", [first, second])
     assert found.factor == pytest.approx((1.02 / 0.01**2 + 1.05 / 0.02**2) / (1e4 + 2500.0))

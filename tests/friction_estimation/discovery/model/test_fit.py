@@ -513,7 +513,7 @@ def given_fit(session, rng, *, spread=0.03) -> SessionFit:
 
 
 def test_columns_around_a_fit_are_weighed_by_the_noise_throw_by_throw(rng):
-    """By that of each coordinate, and by what each row is said to err."""
+    """The noise of each coordinate, times the relative noise of each row."""
     session = plain_session(throws=3, rows=5)
     sigma = rng.uniform(0.5, 2.0, (15, 2))
     theta = session.theta.copy()

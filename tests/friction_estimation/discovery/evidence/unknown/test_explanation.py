@@ -26,6 +26,7 @@ from friction_estimation.discovery import (
     standard_errors,
     try_term,
 )
+from friction_estimation.discovery.evidence.unknown import explanation
 from friction_estimation.discovery.evidence.unknown.explanation import (
     _moves,
     dependences,
@@ -282,3 +283,78 @@ def test_an_effect_survives_if_half_of_its_gain_remains(beside, left):
     around: Any = Beside({})
     made = Combination(effects=frozenset(["slope"])).following(Beside.pushes[0])
     assert surviving(around, made, 1.0).effects == left
+
+
+@pytest.fixture
+def explained(monkeypatch):
+    """An explanation of a misfit, by costs around fits with given effects."""
+
+    def find(costs: Costs, *effects: str, kept=(), beyond_map=False):
+        rounds: list[list[str]] = []
+
+        def around(fitted, optional, others):
+            del others
+            rounds.append([term.label for term in fitted.model.terms])
+            costs.optional = (*optional, "curl")
+            return costs
+
+        def beside(_, made, __, ___, *, shaped):
+            assert shaped
+            labels = [*kept, *sorted(made.effects)]
+            return fit_of(*labels)
+
+        def fit_of(*labels) -> Any:
+            terms = tuple(SimpleNamespace(label=label) for label in labels)
+            return SimpleNamespace(session=None, model=SimpleNamespace(terms=terms))
+
+        monkeypatch.setattr(explanation, "nearby", around)
+        monkeypatch.setattr(explanation, "candidates", lambda *_: [])
+        monkeypatch.setattr(explanation, "_fit_beside", beside)
+        monkeypatch.setattr(explanation, "with_patches_relocated", lambda fitted: fitted)
+        found = explain(fit_of(*kept, *effects), kept, beyond_map=beyond_map)
+        if found is None:
+            return None, rounds
+        return ([term.label for term in found.fit.model.terms], found.pushes), rounds
+
+    return find
+
+
+def test_an_explanation_is_sought_again_until_its_effects_stay(explained):
+    costs = Costs({"curl": 300.0, SIDE: 400.0, "slope": 5.0})
+    found, rounds = explained(costs, "slope", kept=("air_drag",))
+    # Curl is taken in place of the slope, and what was given stays.
+    assert found == (["air_drag", "curl"], (SIDE,))
+    assert rounds == [["air_drag", "slope"], ["air_drag", "curl"]]
+
+
+def test_an_explanation_that_does_not_settle_ends_after_three_more_rounds(explained):
+    turns = iter(
+        [
+            {"slope": 300.0},
+            {"curl": 300.0},
+            {"slope": 300.0, "curl": 300.0},
+            {"drag": 300.0},
+            {"slope": 300.0},
+        ]
+    )
+
+    class Changing(Costs):
+        @property
+        def optional(self):
+            return ("slope", "curl", "drag")
+
+        @optional.setter
+        def optional(self, _):
+            self.parts = next(turns)
+
+    (labels, _), rounds = explained(Changing({}), "slope")
+    assert len(rounds) == 4
+    assert labels == ["drag"]
+
+
+@pytest.mark.parametrize(("gain", "explains"), [(517.0, True), (515.0, False)])
+def test_an_unknown_must_explain_more_than_a_map_by_what_an_effect_needs(explained, gain, explains):
+    """The map explains 500, and an effect needs 16."""
+    costs = Costs({"friction_map": 500.0, SIDE: gain})
+    assert (explained(costs, "friction_map", beyond_map=True)[0] is not None) == explains
+    assert explained(costs, "friction_map")[0] is not None
