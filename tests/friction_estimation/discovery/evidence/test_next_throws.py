@@ -13,6 +13,7 @@ from curling_env.ice import Ice
 from curling_env.physics import catalogue, slide
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, PAPER_SHEET, TEE_Y, Direction
 from curling_env.throw import Throw
+from friction_estimation.design.design import Informative
 from friction_estimation.discovery import (
     SessionNoise,
     Term,
@@ -405,3 +406,62 @@ def test_after_gates_no_throw_is_asked_for(at_known_speeds):
     gated = replace(at_known_speeds.session, gates=SimpleNamespace())
     timed: Any = SimpleNamespace(session=gated)
     assert next_throws(timed) == []
+
+
+def test_each_throw_is_the_one_that_removes_most_given_those_before(monkeypatch, rng):
+    """Against inverses of the information; friction and every effect count alike."""
+    ice: Any = SimpleNamespace(sheet=PAPER_SHEET)
+    model = Model(ice=ice, terms=(of_effect("slope"), of_effect("curl")))
+    throws = [replace(AWAY, spin=0.8 + k) for k in range(5)]
+    rows = [rng.normal(size=(2, 5)) * [40.0, 4.0, 1e4, 1e4, 400.0] for _ in throws]
+    paths = [slid(TEE_Y) for _ in throws]
+    paths[2] = slid(0.0)  # it does not reach the far hog line
+    spreads, weights = np.array([0.01, 0.03]), np.array([0.25, 0.75])
+    asked = []
+
+    def information_of(_, given, spread):
+        asked.append(spread)
+        assert given is throws
+        return [Informative(np.arange(5), each) for each in rows], paths
+
+    known = rng.normal(size=(9, 5)) * [30.0, 3.0, 1e4, 1e4, 300.0]
+    monkeypatch.setattr(
+        choice, "mixture", lambda _: SimpleNamespace(spreads=spreads, weights=weights)
+    )
+    monkeypatch.setattr(choice, "trial_throws", lambda *_: throws)
+    monkeypatch.setattr(choice, "_information_of", information_of)
+    linear = SimpleNamespace(total=lambda _: np.pad(known.T @ known, (0, 1)))
+    fitted: Any = SimpleNamespace(model=model, linear=linear, session=plain_session())
+    found = next_throws(fitted, 3)
+    assert asked == [pytest.approx(0.025)]
+
+    low, high = model.bounds
+    information = known.T @ known + np.diag(12.0 / (high - low) ** 2)
+    first = np.diag(np.linalg.inv(information))
+    targets = {"friction": [0], "slope": [2, 3], "curl": [4]}
+
+    def removed(info):
+        return 1.0 - np.diag(np.linalg.inv(info)) / first
+
+    left = [0, 1, 3, 4]
+    for each in found:
+
+        def total(k, present=information):
+            share = removed(present + rows[k].T @ rows[k])
+            return sum(share[own].mean() for own in targets.values())
+
+        best = max(left, key=total)
+        assert each.throw is throws[best]
+        left.remove(best)
+        share = 1.0 - np.diag(np.linalg.inv(information + rows[best].T @ rows[best])) / np.diag(
+            np.linalg.inv(information)
+        )
+        expected = {name: share[own].mean() for name, own in targets.items()}
+        assert each.teaches == pytest.approx(expected)
+        assert list(each.teaches.values()) == sorted(each.teaches.values(), reverse=True)
+        assert each.hog_to_hog == hog_to_hog(paths[best], Direction.AWAY)
+        information = information + rows[best].T @ rows[best]
+    assert len(next_throws(fitted, 9)) == 4
+    for k in range(5):
+        paths[k] = slid(0.0)
+    assert next_throws(fitted, 2) == []
