@@ -243,3 +243,115 @@ def test_without_headings_what_pushes_sideways_may_be_curl(beside):
         explained = fit_of(1.0, "curl", pushes=pushes)
         assert name(found, explained, gains=gains, turns=False)[0] == named
         assert name(found, explained, gains=gains, turns=True)[0] == ["curl"]
+
+
+# --- when something unknown is asked for ---------------------------------------------------------
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Name effects whose residuals, spread and structure are given; what was asked for then."""
+
+    def name(
+        *labels, white=True, spread=0.01, p=0.5, explains=True, follows=("spin", "left")
+    ) -> tuple[bool, list[str]]:
+        steps: list[str] = []
+        fitted: Any = SimpleNamespace(model=SimpleNamespace(spread=spread))
+        effects = [
+            EffectEvidence(label=k, gain=50.0, p=0.001, improvements=np.zeros(0)) for k in labels
+        ]
+        misfit = SimpleNamespace(white=white)
+        variable, push = follows
+        dependence: Any = Dependence(variable=variable, share=0.5, p=1e-4, push=push)
+        explanation = SimpleNamespace(dependences=[dependence])
+
+        def explain(_, own, *, beyond_map):
+            assert own == {"given"}
+            steps.append("beyond the map" if beyond_map else "explain")
+            return explanation if explains else None
+
+        def noise(named, after):
+            steps.append("noise")
+            return named, after
+
+        def beside(found, *_):
+            steps.append("beside")
+            return replace(found, unknown=True)
+
+        monkeypatch.setattr(naming, "_proved", lambda *_: (fitted, effects, ["left"]))
+        monkeypatch.setattr(naming, "misfit_of", lambda _: misfit)
+        monkeypatch.setattr(naming, "_with_correlated_noise", noise)
+        monkeypatch.setattr(naming, "fit_to", lambda named, whole: named)
+        monkeypatch.setattr(naming, "friction_structure", lambda _: ("order", p))
+        monkeypatch.setattr(naming, "explain", explain)
+        monkeypatch.setattr(naming, "_beside_unknown", beside)
+        terms = [SimpleNamespace(label="given")]
+        selection: Any = SimpleNamespace(
+            base=SimpleNamespace(model=SimpleNamespace(terms=terms)), best=fitted
+        )
+        session: Any = None
+        found = naming.name_effects(selection, session, session, lambda *_: None)
+        assert found.unproved == ["left"]
+        assert found.structure == ("order", p)
+        return found.unknown, steps
+
+    return name
+
+
+@pytest.mark.parametrize(
+    ("given", "unknown"),
+    [
+        ({}, False),
+        ({"spread": 0.0149}, False),
+        ({"spread": 0.0151}, True),
+        ({"p": 0.0041}, False),
+        ({"p": 0.0039}, True),
+    ],
+)
+def test_frictions_that_scatter_or_follow_something_lack_something(asked, given, unknown):
+    assert asked("curl", **given) == (unknown, ["explain", "beside"] if unknown else [])
+
+
+def test_residuals_that_are_no_noise_lack_something_unless_it_is_noise_that_lasts(asked):
+    assert asked("curl", white=False) == (True, ["noise", "explain", "beside"])
+    # Without an explanation what was found stays as it is.
+    assert asked("curl", white=False, explains=False) == (True, ["noise", "explain"])
+
+
+def test_a_map_may_be_friction_that_follows_another_variable_than_the_place(asked):
+    assert asked("friction_map") == (True, ["beyond the map", "beside"])
+    assert asked("friction_map", explains=False) == (False, ["beyond the map"])
+    for variable in ("x", "y"):
+        assert asked("friction_map", follows=(variable, "along")) == (False, ["beyond the map"])
+    assert asked("friction_map", follows=("x", "left"))[0]
+    assert asked("friction_map", p=0.001) == (True, ["explain", "beside"])
+
+
+@pytest.mark.parametrize(
+    ("smoothed", "white", "dependences", "taken"),
+    [(False, True, [], True), (False, False, [], False), (False, True, ["spin"], False),
+     (True, True, [], False)],
+)  # fmt: skip
+def test_noise_of_raw_tracks_may_last_if_nothing_else_is_left(
+    monkeypatch, smoothed, white, dependences, taken
+):
+    calm = SimpleNamespace(is_calm=True)
+    left = SimpleNamespace(white=white)
+    lasting = []
+
+    def estimated(session, residuals, *, lasting_=lasting, **given):
+        lasting_.append(given["lasting"])
+        return "noise"
+
+    monkeypatch.setattr(naming, "estimate_noise", estimated)
+    monkeypatch.setattr(naming, "replace", lambda named, **_: named)
+    monkeypatch.setattr(naming, "refit", lambda *_: calm)
+    monkeypatch.setattr(naming, "misfit_of", lambda _: left)
+    monkeypatch.setattr(naming, "find_dependences", lambda _: dependences)
+    named: Any = SimpleNamespace(
+        session=SimpleNamespace(smoothed=smoothed), residuals=None, model=None
+    )
+    before: Any = SimpleNamespace(white=False)
+    found = naming._with_correlated_noise(named, before)
+    assert found == ((calm, left) if taken else (named, before))
+    assert lasting == ([] if smoothed else [True])

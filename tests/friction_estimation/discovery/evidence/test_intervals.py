@@ -135,3 +135,30 @@ def test_the_error_of_a_cell_has_the_level_the_patterns_and_what_they_omit(monke
         assert sigma == pytest.approx(np.sqrt(expected))
     model.map_field = None
     assert map_errors(fitted) is None
+
+
+def test_the_level_of_a_map_is_its_mean_where_stones_ran(monkeypatch):
+    """Errors that rounding has lost are in no combination of others."""
+    patterns = np.array([[1.0, 0.0], [3.0, 2.0], [9.0, 9.0]])
+    field = SimpleNamespace(patterns=patterns, crossed=np.array([0, 1]))
+    names = [("", "ln_mu"), ("", "ln_coupling"), ("", "map_0"), ("", "map_1"),
+             ("curl", "strength"), ("lens", "k1"), ("slope", "x")]  # fmt: skip
+    cards = {"curl": True, "lens": False, "slope": True}
+    model: Any = SimpleNamespace(
+        names=names, map_field=field, map_slice=slice(2, 4),
+        term=lambda label: SimpleNamespace(card=SimpleNamespace(is_physical=cards[label])),
+    )  # fmt: skip
+    root = np.random.default_rng(1).normal(size=(7, 7))
+    root[6] = 0.0
+    covariance = root @ root.T
+    monkeypatch.setattr(intervals, "mixture", lambda _: SimpleNamespace(covariance=covariance))
+    fitted: Any = SimpleNamespace(model=model)
+    level, common = common_errors(fitted)
+    assert list(common) == [("curl", "strength"), ("slope", "x")]
+    to_level = np.array([1.0, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0])
+    variance = to_level @ covariance @ to_level
+    assert level.sigma == pytest.approx(np.sqrt(variance))
+    correlation = to_level @ covariance[:, 4] / np.sqrt(variance * covariance[4, 4])
+    assert level.common == pytest.approx((correlation, 0.0), abs=1e-6)
+    assert common["curl", "strength"] == (1.0,)
+    assert common["slope", "x"] == pytest.approx((0.0, 1.0), abs=1e-6)
