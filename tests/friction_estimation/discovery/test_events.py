@@ -169,3 +169,54 @@ def test_what_is_left_and_what_came_second_is_reported():
     assert found.runner_up("air_drag") is None
     before.white = True
     assert found.closure == 1.0
+
+
+@pytest.fixture
+def searched(monkeypatch):
+    """Search a session of some throws, of which some are odd; the steps that were taken."""
+
+    def run(throws, odd=(), *, white=False, follows=False, terms=()):
+        steps: list[str] = []
+
+        def step(name, result=None):
+            def taken(given, *_, **__):
+                steps.append(name)
+                return given if result is None else result
+
+            return taken
+
+        found = SimpleNamespace(
+            dependences=["spin"] if follows else [],
+            final=SimpleNamespace(model=None, noise=None),
+            selection=SimpleNamespace(best=None),
+        )
+        for name in ("refine", "renew_map", "_too_few"):
+            monkeypatch.setattr(DISCOVER, name, step(name))
+        monkeypatch.setattr(DISCOVER, "_search", step("_search", found))
+        monkeypatch.setattr(DISCOVER, "misfit_of", lambda _: SimpleNamespace(white=white))
+        monkeypatch.setattr(DISCOVER, "exceptional_throws", step("odd", np.array(odd, dtype=int)))
+        monkeypatch.setattr(DISCOVER, "fit_with_noise", step("rest"))
+        monkeypatch.setattr(DISCOVER, "fit", step("alone"))
+        everything: Any = SimpleNamespace(
+            session=plain_session(throws=throws), model=SimpleNamespace(terms=terms)
+        )
+        search_session(everything, np.random.default_rng(0))
+        return steps
+
+    return run
+
+
+def test_a_given_model_is_refined_before_the_search_where_it_leaves_more_than_noise(searched):
+    assert searched(9) == ["renew_map", "_search", "odd"]
+    assert searched(9, terms=("curl",)) == ["refine", "renew_map", "_search", "odd"]
+    assert searched(9, terms=("curl",), white=True) == ["renew_map", "_search", "odd"]
+    assert searched(8) == ["renew_map", "_search", "odd"]
+    assert searched(7) == ["renew_map", "_too_few"]
+
+
+def test_throws_are_odd_only_where_eight_others_are_left_and_no_unknown_explains_them(searched):
+    again = ["renew_map", "_search", "odd", "rest", "_search", "alone"]
+    assert searched(9, [4, 5]) == ["renew_map", "_search", "odd"]
+    assert searched(10, [4, 5]) == again
+    assert searched(9, [4], follows=True, white=True) == ["renew_map", "_search"]
+    assert searched(9, [4], follows=True) == again
