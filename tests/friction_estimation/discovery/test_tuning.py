@@ -280,7 +280,7 @@ def test_throws_without_rows_enough_begin_with_the_friction_of_a_draw():
 def test_the_torque_of_the_band_is_known_to_the_inertia_and_the_radius():
     """Inertia to ten per cent, and the radius, which counts twice, to five."""
     usual = float(np.hypot(0.10, 2 * 0.05))
-    model = Model(ice=SimpleNamespace(), ln_coupling=2.0 * usual)  # pyright: ignore[reportArgumentType]
+    model = Model(ice=SimpleNamespace(), ln_coupling=2.0 * usual)
     gram = prior_gram(model, 3)
     assert gram[2, 2] == pytest.approx(4.0, rel=0.15)
     assert gram[1, 2] == pytest.approx(-gram[1, 1] * 2.0 * usual)

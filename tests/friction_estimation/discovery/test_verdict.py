@@ -331,3 +331,79 @@ def test_the_terminal_shows_the_verdict_and_one_next_throw():
     assert verdict.terminal_text({**report, "next_throws": following}).splitlines() == [
         *("V.", "D.", "R.", "Most informative next throw: a draw."),
     ]
+
+
+def test_the_gain_of_sweeping_is_that_of_the_next_throw(monkeypatch):
+    asked = []
+
+    def gain(ice, **given):
+        asked.append((ice, given))
+        return SimpleNamespace(metres=1.23456789, stderr=0.0123456789)
+
+    session = SimpleNamespace(
+        clocks=np.array([60.0, 200.0, 120.0]),
+        orders=np.array([4, 9, 7]),
+        stones=np.array([1, 2, 3]),
+    )
+    found: Any = SimpleNamespace(session=session, improved_ice=lambda: "ice")
+    monkeypatch.setattr(verdict, "sweeping_gain", gain)
+    assert verdict.metres_gained(found) == {"value": 1.23457, "stderr": 0.0123457, "unit": "m"}
+    assert asked == [("ice", {"clock": 200.0, "order": 10, "stone": 3})]
+    monkeypatch.setattr(verdict, "sweeping_gain", lambda *_, **__: None)
+    assert verdict.metres_gained(found) is None
+
+
+@pytest.mark.parametrize(("effects", "corrected", "mentioned"), [
+    (("sweeping",), (), True), (("curl",), (), False), ((), ("sweeping",), True),
+    ((), ("curl",), False),
+])  # fmt: skip
+def test_what_sweeping_gains_is_remarked_where_it_is_named_or_corrected(
+    monkeypatch, effects, corrected, mentioned
+):
+    strengths = {"sweeping": "friction_factor", "curl": "strength"}
+    listed = [{"name": name, "parameter": strengths[name]} for name in corrected]
+    monkeypatch.setattr(verdict, "changes", lambda _: listed)
+    monkeypatch.setattr(verdict, "_corrections", lambda _: [])
+    monkeypatch.setattr(verdict, "blind_spots", lambda _: ["B."])
+    gain = {"value": 1.0, "stderr": 0.1}
+    monkeypatch.setattr(verdict, "metres_gained", lambda _: gain)
+    found = remarks(finding(effects=named(*effects)))
+    assert found[-1] == "B."
+    assert len(found) == (2 if mentioned else 1)
+    if mentioned:
+        assert found[0].startswith("A draw swept over the last third of its path runs 1.00")
+    monkeypatch.setattr(verdict, "metres_gained", lambda _: None)
+    assert remarks(finding(effects=named(*effects))) == ["B."]
+
+
+def test_corrections_are_remarked_beside_effects_and_else_are_the_verdict(monkeypatch):
+    monkeypatch.setattr(verdict, "changes", lambda _: [])
+    monkeypatch.setattr(verdict, "_corrections", lambda _: ["curl is stronger", "slope is weaker"])
+    monkeypatch.setattr(verdict, "blind_spots", lambda _: [])
+    words = "In the given model, curl is stronger and slope is weaker."
+    assert remarks(finding(effects=named("air_drag"))) == [words]
+    assert remarks(finding(unknown=True)) == [words]
+    assert remarks(finding()) == []
+    assert sentence(finding()).startswith(
+        "Nothing is missing, but curl is stronger and slope is weaker: fresh throws"
+    )
+
+
+def test_only_free_parameters_of_effects_that_were_given_are_corrected(monkeypatch):
+    card, bias = catalogue()["curl"], catalogue()["stone_bias"]
+    curl = Term(card=card, values=neutral_values(card, strength=0.5), free=("strength",))
+    stone = Term(card=bias, values=neutral_values(bias, stone=2.0, factor=1.5), free=("factor",))
+    given = Ice.uniform(
+        0.009,
+        effects=(
+            ActiveEffect(name="stone_bias", parameters={"stone": 2.0, "factor": 1.1}),
+            ActiveEffect(name="curl", parameters={"strength": 0.004, "speed_exponent": 9.0}),
+        ),
+    )
+    errors = {("curl", "strength"): 1e-4, (stone.label, "factor"): 1e-4}
+    monkeypatch.setattr(verdict, "standard_errors", lambda _: errors)
+    final = SimpleNamespace(model=SimpleNamespace(terms=(curl, stone)))
+    assert verdict.changes(finding(final=final, given=given)) == [
+        {"name": "curl", "parameter": "strength", "given": 0.004, "found": 0.5, "stderr": 1e-4}
+    ]
+    assert verdict.changes(finding(final=final)) == []

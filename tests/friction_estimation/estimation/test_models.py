@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics import catalogue
 from curling_env.sheet import PAPER_SHEET
@@ -19,6 +20,7 @@ from friction_estimation.estimation.whole_ice import (
     _estimate,
     _fit,
     believed_model,
+    estimate_ice,
     known_effects_model,
 )
 
@@ -157,3 +159,10 @@ def test_the_level_of_an_estimate_is_the_mean_logarithm_where_stones_ran(monkeyp
     level.sigma = 0.0
     assert np.isnan(_estimate(ice, fitted, None, [], uniform=True).sigma)
     assert _estimate(ice, fitted, None, [], uniform=True).mu == 0.5
+
+
+def test_a_prior_goes_with_no_other_ice_and_with_no_single_friction():
+    ice = Ice.uniform(0.01)
+    for others in ({"start": ice}, {"uniform": True}):
+        with pytest.raises(InputError, match="expected one of a prior map, a uniform ice"):
+            estimate_ice([], prior=ice, **others)

@@ -395,7 +395,7 @@ def test_the_information_of_a_throw_has_a_root_without_its_negligible_rows(rng):
 
 def test_friction_and_every_term_are_to_be_learnt():
     model = Model(
-        ice=SimpleNamespace(),  # pyright: ignore[reportArgumentType]
+        ice=SimpleNamespace(),
         terms=(of_effect("slope"), of_effect("curl")),
     )
     found = {name: places.tolist() for name, places in choice._targets(model).items()}

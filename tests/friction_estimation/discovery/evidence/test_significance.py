@@ -172,7 +172,7 @@ def test_a_broad_prior_is_as_wide_as_the_bounds_of_a_parameter():
     gram = broad_prior(model)
     assert gram == pytest.approx(np.diag([*(np.array(expected) ** -2.0), 0.0]))
     endless = SimpleNamespace(bounds=(np.array([-np.inf]), np.array([np.inf])))
-    flat = broad_prior(endless)  # pyright: ignore[reportArgumentType]
+    flat = broad_prior(endless)
     assert flat.tolist() == [[pytest.approx(1e-6), 0.0], [0.0, 0.0]]
 
 

@@ -351,7 +351,7 @@ def steps_of(monkeypatch):
         monkeypatch.setattr(fits, "predict", lambda *_: None)
         monkeypatch.setattr(fits, "_moved", lambda point, *_: point.linear)
         session, noise = plain_session(throws=1), None
-        found = fit(Model(ice=ANY_ICE), session, noise, shared=shared, **options)  # pyright: ignore[reportArgumentType]
+        found = fit(Model(ice=ANY_ICE), session, noise, shared=shared, **options)
         assert found.model.spread == (0.25 if shared else 0.0)
         assert found.deviance == pytest.approx(taken[-1][0] - promised)
         return [(value, damping) for value, damping, _ in taken[:-1]], taken[-1]

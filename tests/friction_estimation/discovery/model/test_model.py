@@ -172,7 +172,7 @@ def test_throws_seen_for_less_than_half_as_long_do_not_say_how_they_slow_down():
 
 
 def test_any_fit_has_the_same_places_of_fields():
-    model: Any = Model(ice=SimpleNamespace())  # pyright: ignore[reportArgumentType]
+    model: Any = Model(ice=SimpleNamespace())
     assert (model.ripple_slice, model.map_slice) == (slice(2, 2), slice(2, 2))
     assert model.fields == ()
     assert model.vector.tolist() == [0.0, 0.0]

@@ -220,7 +220,7 @@ def test_a_side_is_moved_to_the_best_place_if_that_fits_better_by_one(monkeypatc
         "refit",
         lambda fitted, model, *, iterations: replace(fitted, model=model, deviance=deviance),
     )
-    placed: Any = place_sides(patched())  # pyright: ignore[reportArgumentType]
+    placed: Any = place_sides(patched())
     values = placed.model.terms[0].values
     assert values["x_min"] == pytest.approx(PATCH["x_min"] - (0.3 if moved else 0.0))
     assert values["x_max"] == PATCH["x_max"]
@@ -253,7 +253,7 @@ def test_patches_are_searched_once_where_places_are_seen(monkeypatch):
     assert grid.size == (0.25, 1.0)
     across = int(np.ceil((PAPER_SHEET.width / 2 + 0.6) / 0.25))
     assert grid.shape == (across, int(np.ceil(PAPER_SHEET.length / 2 + 9.0)))
-    assert find_patches(replace(patched(), session=session)) == []  # pyright: ignore[reportArgumentType]
+    assert find_patches(replace(patched(), session=session)) == []
     session.gates = SimpleNamespace()
     assert find_patches(bare) == []
     session.gates = None

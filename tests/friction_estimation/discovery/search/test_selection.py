@@ -190,7 +190,7 @@ CURL_SHAPED = ("strength", "speed_exponent", "spin_exponent")
 def test_a_shape_is_taken_if_it_gains_two_for_each_parameter(deviances, shaped, gain, cost):
     curl = of_card("curl", shape=("speed_exponent", "spin_exponent"))
     asked = deviances({CURL_FIRST: 990.0, CURL_SHAPED: shaped})
-    trial = try_term(BARE, curl)  # pyright: ignore[reportArgumentType]
+    trial = try_term(BARE, curl)
     assert (trial.gain, trial.cost) == (pytest.approx(gain), cost)
     assert trial.term.free == (CURL_SHAPED if cost == 3 else CURL_FIRST)
     assert asked == [(CURL_FIRST, 996.0), (CURL_SHAPED, 986.0)]
@@ -199,7 +199,7 @@ def test_a_shape_is_taken_if_it_gains_two_for_each_parameter(deviances, shaped, 
 def test_a_shape_is_not_tried_below_the_gain_of_a_parameter(deviances):
     curl = of_card("curl", shape=("speed_exponent",))
     asked = deviances({CURL_FIRST: 996.5})
-    trial = try_term(BARE, curl)  # pyright: ignore[reportArgumentType]
+    trial = try_term(BARE, curl)
     assert (trial.gain, trial.cost) == (3.5, 1)
     assert len(asked) == 1
 
@@ -217,7 +217,7 @@ def test_of_two_starts_the_better_one_is_taken(deviances, first, other, gain, co
     neutral, both = curl.values["strength"], ("strength", "speed_exponent")
     found = {(CURL_FIRST, neutral): first, (both, 0.02): other}
     asked = deviances(found, "strength")
-    trial = try_term(BARE, curl)  # pyright: ignore[reportArgumentType]
+    trial = try_term(BARE, curl)
     assert (trial.gain, trial.cost) == (pytest.approx(gain), cost)
     assert trial.term.values["strength"] == (0.02 if cost == 2 else neutral)
     assert len(asked) == tries
@@ -228,7 +228,7 @@ def test_where_the_first_start_is_good_no_other_is_tried(deviances):
     curl = of_card("curl", shape=("speed_exponent",), other_start={"strength": 0.02})
     both = ("strength", "speed_exponent")
     asked = deviances({CURL_FIRST: 980.0, both: 970.0})
-    trial = try_term(BARE, curl)  # pyright: ignore[reportArgumentType]
+    trial = try_term(BARE, curl)
     assert (trial.gain, trial.cost) == (30.0, 2)
     assert trial.term.values["strength"] == curl.values["strength"]
     assert [free for free, _ in asked] == [CURL_FIRST, both]
@@ -241,7 +241,7 @@ def test_sides_that_were_searched_for_count_even_if_they_are_not_fitted(deviance
     later = tuple(n for n in patch.card.search.shape if n not in patch.free)
     fitted = 950.0
     asked = deviances({patch.free: fitted, (*patch.free, *later): shaped})
-    trial = try_term(BARE, patch)  # pyright: ignore[reportArgumentType]
+    trial = try_term(BARE, patch)
     assert (trial.gain, trial.cost) == (gain, 5)
     assert len(asked) == (2 if later else 1)
 
@@ -268,7 +268,7 @@ def test_the_most_promising_candidates_are_fitted_and_the_best_goes_first(monkey
 
     def labels(scores, found):
         monkeypatch.setattr(selection, "find_map", lambda _: found)
-        return [trial.term.name for trial in best_trials(BARE, scores)]  # pyright: ignore[reportArgumentType]
+        return [trial.term.name for trial in best_trials(BARE, scores)]
 
     monkeypatch.setattr(selection, "try_term", tried)
     monkeypatch.setattr(selection, "find_patches", lambda _: [of_card("friction_patch")])
@@ -310,7 +310,7 @@ def endless(monkeypatch):
 
 
 def test_a_selection_adds_six_effects_at_most(endless):
-    found = select(BARE)  # pyright: ignore[reportArgumentType]
+    found = select(BARE)
     assert [r.chosen for r in found.rounds] == [
         *("curl", "slope", "air_drag", "spin_drag", "sweeping", "time_drift"), "",
     ]  # fmt: skip
@@ -321,7 +321,7 @@ def test_a_selection_adds_six_effects_at_most(endless):
 def test_after_four_effects_that_leave_more_than_noise_no_other_is_added(endless):
     endless["is"] = False
     steps: list[tuple[float, float]] = []
-    found = select(BARE, progress=lambda _, done, total=1.0: steps.append((done, total)))  # pyright: ignore[reportArgumentType]
+    found = select(BARE, progress=lambda _, done, total=1.0: steps.append((done, total)))
     assert [r.chosen for r in found.rounds] == ["curl", "slope", "air_drag", "spin_drag", ""]
     assert steps == [(k, 7) for k in range(5)]
 
@@ -330,13 +330,13 @@ def test_candidates_that_gain_just_what_is_needed_are_not_taken(endless, monkeyp
     monkeypatch.setattr(
         selection, "best_trials", lambda *_: [trial_of("curl", 16.0), trial_of("slope", 15.0)]
     )
-    found = select(BARE)  # pyright: ignore[reportArgumentType]
+    found = select(BARE)
     assert [r.chosen for r in found.rounds] == [""]
     assert len(found.rounds[0].trials) == 2
 
 
 def test_without_candidates_there_are_no_scores():
-    assert selection.score_candidates(BARE, []) == []  # pyright: ignore[reportArgumentType]
+    assert selection.score_candidates(BARE, []) == []
 
 
 @pytest.mark.parametrize(
@@ -366,7 +366,7 @@ def test_the_best_finer_form_is_taken_if_it_pays(monkeypatch, first, second, tak
     monkeypatch.setattr(selection, "refit", given)
     monkeypatch.setattr(selection, "place_sides", lambda fitted: fitted)
     monkeypatch.setattr(selection, "_at_its_level", lambda _, model: model)
-    found = refine(begin)  # pyright: ignore[reportArgumentType]
+    found = refine(begin)
     (term,) = found.model.terms
     if taken:
         assert term.free == ("strength", "speed_exponent", "spin_exponent")
@@ -397,8 +397,8 @@ def test_terms_below_what_they_need_are_dropped_the_weakest_first(monkeypatch, l
         return replace(fitted, model=model, deviance=fitted.deviance + losses[term.name])
 
     monkeypatch.setattr(selection, "_without", without)
-    found = prune(begin, set())  # pyright: ignore[reportArgumentType]
+    found = prune(begin, set())
     assert {term.label for term in found.model.terms} == left
     # Terms of the given model stay, and do not count as others.
-    kept = prune(begin, set(losses))  # pyright: ignore[reportArgumentType]
+    kept = prune(begin, set(losses))
     assert kept is begin
