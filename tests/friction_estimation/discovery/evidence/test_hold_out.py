@@ -21,6 +21,7 @@ from friction_estimation.discovery import (
 )
 from friction_estimation.discovery.evidence import hold_out
 from friction_estimation.discovery.evidence.hold_out import _gap
+from friction_estimation.discovery.model.model import Model
 
 from ..conftest import effect, plain_session
 
@@ -165,3 +166,33 @@ def test_the_floor_of_one_throw_is_the_variance_of_a_forecast(monkeypatch, rng):
         last.append(late[-1])
     assert floor.path_rms == pytest.approx(np.sqrt(np.mean(late)), rel=1e-6)
     assert floor.rest_error == pytest.approx(np.sqrt(np.mean(last)), rel=1e-6)
+
+
+def test_a_forecast_begins_with_the_first_seconds_and_knows_no_friction_of_its_throw(monkeypatch):
+    """Rows that were not seen along one axis count by the other one alone."""
+    session = plain_session(throws=2, rows=12, spacing=0.8)
+    xy = session.xy.copy()
+    xy[8, 0] = np.nan
+    session = replace(session, xy=xy)
+    asked = []
+
+    def fitted(model, short, noise, *, shared):
+        asked.append((model.spread, short.times.max(), len(short.times), noise, shared))
+        return SimpleNamespace(states="states")
+
+    def predicted(model, given, states, ln_factors):
+        assert given is session
+        assert states == "states"
+        assert ln_factors.tolist() == [0.0, 0.0]
+        return np.column_stack([np.nan_to_num(xy) + np.array([0.3, 0.4]), np.zeros((24, 4))])
+
+    monkeypatch.setattr(hold_out, "fit", fitted)
+    monkeypatch.setattr(hold_out, "predict", predicted)
+    ice: Any = SimpleNamespace()
+    noise: Any = "noise"
+    found = forecast(Model(ice=ice, spread=0.02), session, noise)
+    assert asked == [(0.0, 4.0, 12, "noise", False)]
+    late = 2 * 6  # from 4.8 s on
+    assert found.path_rms == pytest.approx(np.sqrt(((late - 1) * 0.25 + 0.16) / late))
+    assert found.rest_error == pytest.approx(0.5)
+    assert found.predicted.shape == (24, 2)
