@@ -161,44 +161,6 @@ def test_pushes_are_no_further_effect(around):
     assert not around.repeats(at_spread(around, "slope", "curl"))
 
 
-def test_pushes_are_some_per_cent_of_friction_beforehand(around):
-    """Of 0.009: as a share along, as an acceleration to the side, and of the spin by the torque."""
-    usual = {"along": 1.0, "left": 0.009 * GRAVITY, "turn": 0.2, "along the sheet": 1.0,
-             "across the sheet": 0.009 * GRAVITY}  # fmt: skip
-    for push, friction in usual.items():
-        made = at_spread(around).following(Following("speed", push))
-        sizes = around.quadratic(made).sizes
-        assert len(sizes) == 5
-        assert ((sizes > 0.02 * friction) & (sizes < 0.07 * friction)).all()
-
-
-def test_the_dispersion_is_what_is_left_over_its_slow_shapes(around):
-    """At least one: what fits better than noise may do so by chance."""
-    session = around.fitted.session
-    assert around.values == 3 * len(session.times)
-    bare = at_spread(around)
-    left = around.minimum_cost(bare) - around.values
-    assert around.dispersion(bare) == pytest.approx(max(1.0, 1.0 + left / around.slow))
-    worse = replace(around, fitted=replace(around.fitted, session=session))
-    worse.__dict__["values"] = around.minimum_cost(bare) - 3.0 * around.slow
-    assert worse.dispersion(bare) == pytest.approx(4.0)
-    worse.__dict__["values"] = around.minimum_cost(bare) + 1.0
-    assert worse.dispersion(bare) == 1.0
-
-
-def test_the_best_of_a_combination_is_no_worse_than_any_spread_or_scale(around):
-    made = at_spread(around, "slope").following(Following("speed", "left"))
-    value, best = around.at_best(made, 1.0)
-    assert value == around.value(best, 1.0)
-    assert value <= around.value(made, 1.0)
-    assert set(best.pushes) == set(made.pushes)
-    assert best.effects == made.effects
-    for scale in (0.1, 0.3, 1.0, 3.0):
-        for spread in (0.002, 0.005, 0.02, 0.1):
-            other = replace(made.following(Following("speed", "left"), scale), spread=spread)
-            assert around.value(other, 1.0) > value - 1.5  # between the tried ones it is flat
-
-
 # --- models of random columns, against least squares ---------------------------------------------
 
 STRONG, WEAK_PUSH = Following("speed", "left"), Following("t", "turn")
@@ -316,3 +278,39 @@ def test_a_combination_is_changed_by_one_term_at_a_time():
     assert made.following(STRONG).pushes == {STRONG: 1.0}
     assert made.following(WEAK_PUSH).without(STRONG).pushes == {WEAK_PUSH: 1.0}
     assert made.pushes == {STRONG: 0.3}
+
+
+def test_pushes_are_some_per_cent_of_friction_beforehand(by_hand):
+    """Of 0.009: as a share along, as an acceleration to the side, and of the spin by the torque."""
+    usual = {"along": 1.0, "left": 0.009 * GRAVITY, "turn": 0.2, "along the sheet": 1.0,
+             "across the sheet": 0.009 * GRAVITY}  # fmt: skip
+    for push, friction in usual.items():
+        following = Following("speed", push)
+        around = replace(by_hand, pushes={following: by_hand.pushes[STRONG]})
+        sizes = around.quadratic(Combination().following(following)).sizes
+        assert len(sizes) == 2
+        assert ((sizes > 0.02 * friction) & (sizes < 0.07 * friction)).all()
+
+
+def test_the_dispersion_is_what_is_left_over_its_slow_shapes(by_hand):
+    """At least one: what fits better than noise may do so by chance."""
+    made = Combination(effects=frozenset(["curl"]))
+    assert by_hand.values == 3 * 3 * 12
+    left = by_hand.minimum_cost(made) - 108.0
+    assert left > by_hand.slow
+    assert by_hand.dispersion(made) == pytest.approx(1.0 + left / by_hand.slow)
+    calm = replace(by_hand)
+    calm.__dict__["values"] = by_hand.minimum_cost(made) + 1.0
+    assert calm.dispersion(made) == 1.0
+
+
+def test_the_best_of_a_combination_is_no_worse_than_any_spread_or_scale(by_hand):
+    made = Combination(effects=frozenset(["curl"])).following(STRONG)
+    value, best = by_hand.at_best(made, 1.0)
+    assert value == by_hand.value(best, 1.0)
+    assert set(best.pushes) == {STRONG}
+    assert best.effects == made.effects
+    for scale in (0.1, 0.3, 1.0, 3.0):
+        for spread in (0.002, 0.005, 0.02, 0.1):
+            other = replace(made.following(STRONG, scale), spread=spread)
+            assert by_hand.value(other, 1.0) > value - 1.5  # between the tried ones it is flat
