@@ -117,13 +117,11 @@ def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
         value += float(np.log1p(amplitude**2 * np.maximum(integrated, 0.0)).sum())
         if value + trial.hyperprior < best[1]:
             best = (float(amplitude), value + trial.hyperprior)
-    for place, other in model.fields:
-        if other is not field:
-            sizes, at = other.deviations, np.arange(size)[place]
-            information = total[np.ix_(at, at)] * sizes[:, None] * sizes
-            cost = float(np.linalg.slogdet(np.eye(len(at)) + information)[1])
-            best = (best[0], best[1] + cost + other.hyperprior)
-    return best
+    further = [other for _, other in model.fields if other is not field]
+    sizes = np.concatenate([other.deviations for other in further] or [np.empty(0)])
+    information = total[np.ix_(beside, beside)] * sizes[:, None] * sizes
+    cost = float(np.linalg.slogdet(np.eye(len(sizes)) + information)[1])
+    return best[0], best[1] + cost + sum(other.hyperprior for other in further)
 
 
 def bounded_step(total: Floats, step: Floats, model: Model) -> Floats:

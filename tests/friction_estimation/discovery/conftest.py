@@ -15,12 +15,37 @@ from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 from friction_estimation.discovery import measurement_effects
+from friction_estimation.discovery.data.session import Session
 
 MakeSession = Callable[..., list[Trajectory]]
 
 
 def effect(name: str, **parameters: float) -> ActiveEffect:
     return ActiveEffect(name=name, parameters=parameters)
+
+
+def plain_session(throws: int = 2, rows: int = 12, spacing: float = 0.5, **columns) -> Session:
+    """Straight throws without noise, in turn in both directions, that slow down evenly.
+
+    They turn with 1.2 rad/s. Other columns of the session may be given.
+    """
+    t = spacing * np.arange(rows)
+    ways = np.where(np.arange(throws) % 2 == 0, 1.0, -1.0)
+    y = np.concatenate([way * (-10.0 + 2.0 * t - 0.045 * t**2) for way in ways])
+    session = Session(
+        throws=np.arange(throws),
+        orders=np.arange(throws),
+        stones=np.zeros(throws, dtype=np.intp),
+        clocks=60.0 * np.arange(throws),
+        times=np.tile(t, throws),
+        xy=np.column_stack([np.zeros(len(y)), y]),
+        theta=np.tile(1.2 * t, throws),
+        swept=np.zeros(len(y)),
+        sigma=np.ones((len(y), 2)),
+        starts=np.arange(throws + 1) * rows,
+        usual_spins=np.full(throws, 1.5),
+    )
+    return replace(session, **columns)
 
 
 @contextmanager

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import warnings
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,6 +23,7 @@ from friction_estimation.discovery import (
     write_posterior,
 )
 from friction_estimation.discovery.evidence.posterior import throw_constants
+from friction_estimation.discovery.posterior_file import _drawn
 
 from .conftest import effect
 
@@ -88,3 +91,32 @@ def test_numbered_coefficients_are_one_variable(fitted, tmp_path):
     posterior = arviz.from_netcdf(tmp_path / "posterior.nc").posterior
     assert posterior["camera_coefficients"].shape == (4, 25, 2)
     assert "camera_0" not in posterior
+
+
+def test_draws_are_written_in_chains_by_their_names():
+    """The friction of a session without a map is the mean of its ice, times the level."""
+    n = 8
+    shared = np.arange(3.0 * n).reshape(n, 3) / 100
+    posterior: Any = SimpleNamespace(
+        names=[("", "ln_mu"), ("", "ripple_0"), ("curl", "strength_2")],
+        shared=shared, spreads=np.arange(n), ln_factors=np.ones((n, 2)),
+        states=np.zeros((n, 2, 6)), mu=None,
+    )  # fmt: skip
+    mu = np.array([[0.008, 0.010]])
+    ice = SimpleNamespace(friction=SimpleNamespace(mu=mu))
+    fit: Any = SimpleNamespace(model=SimpleNamespace(ice=ice))
+    drawn = _drawn(posterior, fit)
+    chains = np.arange(n).reshape(4, 2)
+    assert drawn["spread"][1].tolist() == chains.tolist()
+    assert drawn["ln_mu"][1] == pytest.approx(shared[:, 0].reshape(4, 2))
+    # A number of a family without a term counts its members; that of a term is its name.
+    assert drawn["curl.strength_2"][1] == pytest.approx(shared[:, 2].reshape(4, 2))
+    assert drawn["ripple_coefficients"][1] == pytest.approx(shared[:, 1].reshape(4, 2, 1))
+    assert drawn["mu"][1] == pytest.approx(0.009 * np.exp(shared[:, 0]).reshape(4, 2))
+    assert "mu_cells" not in drawn
+    cells = np.random.default_rng(1).uniform(0.008, 0.01, (n, 2, 3))
+    mapped: Any = SimpleNamespace(**{**vars(posterior), "mu": cells})
+    drawn = _drawn(mapped, fit)
+    assert drawn["mu"][1] == pytest.approx(cells.mean(axis=(1, 2)).reshape(4, 2))
+    assert drawn["mu_cells"][1] == pytest.approx(cells.reshape(4, 2, 2, 3), rel=1e-6)
+    assert drawn["release"][0] == ("chain", "draw", "throw", "state")

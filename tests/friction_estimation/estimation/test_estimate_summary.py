@@ -15,7 +15,8 @@ from curling_env.sheet import PAPER_SHEET
 from curling_env.trajectory import Trajectory
 from friction_estimation import Estimate
 from friction_estimation.discovery import CoordinateNoise, SessionNoise
-from friction_estimation.estimation.camera_bias import CameraBias
+from friction_estimation.estimation import camera_bias
+from friction_estimation.estimation.camera_bias import CameraBias, camera_bias_of
 from friction_estimation.tracks import FreeSlide
 
 
@@ -149,3 +150,110 @@ def replace_outcome(search: SimpleNamespace, outcome: str) -> Any:
 def test_noise_without_a_memory_has_no_time():
     white = SessionNoise(white=(0.002, 0.002, 0.01), fading=(0.0, 0.0, 0.0), memory=(0.4,) * 3)
     assert white.coordinate == CoordinateNoise(white=pytest.approx(0.002), slow=0.0, time=0.0)
+
+
+def test_the_bias_of_a_camera_has_the_error_of_its_nodes(monkeypatch):
+    """Each is a combination of coefficients, which have a covariance."""
+    root = np.array([[1.0, 0.0], [0.5, 2.0], [0.0, -3.0]])
+    covariance = np.full((5, 5), 99.0)
+    covariance[2:4, 2:4] = [[4e-6, 1e-6], [1e-6, 9e-6]]
+    monkeypatch.setattr(camera_bias, "mixture", lambda _: SimpleNamespace(covariance=covariance))
+    ripple = SimpleNamespace(root=root, values=np.array([2e-3, 1e-3]), nodes=np.arange(3.0))
+    model = SimpleNamespace(ripple=ripple, ripple_slice=slice(2, 4))
+    search: Any = SimpleNamespace(
+        outcome="found", variety=0.4, seen_from=np.inf, gain=50.0, likeness=0.9
+    )
+    fit: Any = SimpleNamespace(model=model)
+    bias = camera_bias_of(search, fit)
+    assert bias.found
+    assert bias.values == pytest.approx([2e-3, 3e-3, -3e-3])
+    variances = [4e-6, 0.25 * 4e-6 + 4 * 9e-6 + 2 * 0.5 * 2 * 1e-6, 9 * 9e-6]
+    assert bias.sigma == pytest.approx(np.sqrt(variances))
+    shown = bias.summary()
+    assert shown == {
+        "outcome": "found",
+        "variety": 0.4,
+        "gain": 50.0,
+        "likeness_of_halves": 0.9,
+        "size_m": bias.size,
+        "y": [0.0, 1.0, 2.0],
+        "displacement_m": bias.values.tolist(),
+        "sigma_m": bias.sigma.tolist(),
+    }
+    model.ripple = None
+    without = camera_bias_of(replace_outcome(search, "inseparable"), fit)
+    assert not without.found
+    assert without.summary() == {"outcome": "inseparable", "variety": 0.4}
+    assert "expected 8 throws or more" in without.words
+
+
+def fitted_throws() -> Any:
+    """Fit of one throw of two stones, the first of which slides again after a contact."""
+    rows = 4
+
+    class Three(SimpleNamespace):
+        def __len__(self):
+            return 3
+
+    session = Three(
+        throws=np.array([3, 3, 3]),
+        stones=np.array([0, 0, 5]),
+        clocks=np.array([101.5, 108.0, 101.5]),
+        times=np.tile(np.arange(4.0), 3),
+        gates=None,
+        rows=lambda i: slice(rows * i, rows * i + rows),
+    )
+    predicted, residuals = np.zeros((12, 6)), np.zeros((12, 3))
+    predicted[:4, 2:4], residuals[:4, :2] = [0.6, 0.8], [0.01, 0.02]
+    predicted[4:8, 2:4], residuals[4:8, :2] = [0.0, -2.0], [0.5, 0.03]
+    residuals[5, :2] = np.nan
+    states = np.zeros((3, 6))
+    states[1, 2:4] = [0.3, -0.4]
+    return SimpleNamespace(
+        session=session, predicted=predicted, residuals=residuals, states=states,
+        ln_factors=np.array([0.0, 0.1, 0.2]), model=SimpleNamespace(spread=0.0, map_field=None),
+    )  # fmt: skip
+
+
+def test_residuals_along_the_travel_have_the_sign_of_the_travel(estimate):
+    (first, second, rest) = replace(estimate, fit=fitted_throws()).travel_residuals
+    assert first[0].tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert first[1] == pytest.approx(np.full(4, 0.022))
+    assert second[1][[0, 2, 3]] == pytest.approx(np.full(3, -0.03))
+    assert rest[1] == pytest.approx(np.zeros(4))  # a stone at rest travels nowhere
+    assert replace(estimate, fit=None).travel_residuals == []
+
+
+def test_a_slide_is_found_in_the_fit_by_its_time_after_the_contact(estimate):
+    """A slide may begin before the push seems to end, and not before the contact."""
+    found = replace(estimate, fit=fitted_throws())
+    track = replace(slide(3, 80).track, clock=100.0)  # from 101.5 to 109.4
+
+    def place(first, last, **other):
+        asked = replace(slide(3, 80), track=replace(track, **other), stretch=(first, last))
+        return found.place(asked)
+
+    assert place(0, 60) == 0
+    assert place(60, 80) == 1
+    assert place(1, 60) is None  # it began a tenth of a second before this stretch
+    assert place(60, 66) == 1  # its last row is that of the release
+    assert place(60, 65) is None
+    assert place(0, 80, stone=5) == 2
+    assert place(0, 80, throw=4) is None
+    assert replace(estimate, fit=None).place(slide(3, 80)) is None
+    shown = found._throw(replace(slide(3, 80), track=track, stretch=(60, 80)))
+    assert shown["speed"] == pytest.approx(0.5)
+    assert shown["mu_factor"] == pytest.approx(np.exp(0.1))
+    assert shown["rms_m"] == pytest.approx(np.sqrt((0.25 + 0.0009) / 2))
+
+
+def test_a_track_of_several_slides_counts_once(estimate):
+    one = slide(3, 40)
+    again = replace(one, rows=np.arange(20, 40))
+    both = replace(estimate, slides=(one, again, slide(4, 60)))
+    assert both.throws == 2
+    assert len(both.tracks) == 2
+    assert both.tracks[0] is one.track
+    assert estimate.scatter == 0.003
+    assert replace(estimate, fit=None).scatter == 0.0
+    assert replace(estimate, fit=None).resolved == 1.0

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from curling_env.ice import Ice
+from curling_env.sheet import HOG_LINE_Y
 from friction_estimation.reports import in_a_sentence, relative_map, zones
+from friction_estimation.reports.keen_and_heavy import Zone
 
 EVEN = Ice.uniform(0.009)
 
@@ -62,3 +64,69 @@ def test_cells_that_no_stone_crossed_say_nothing():
     assert in_a_sentence(blank).endswith("No throw has passed 1 of its 12 parts.")
     nothing = ice(observed=np.zeros_like(seen))
     assert in_a_sentence(nothing) == "Nothing is known of the places of this sheet."
+
+
+@pytest.mark.parametrize(
+    ("relative", "sigma", "words"),
+    [
+        (0.0099, 0.0, "like the rest of the sheet"),
+        (0.0101, 0.0, "heavy, 1.0 % more friction than the sheet"),
+        (-0.0234, 0.0, "keen, 2.3 % less friction than the sheet"),
+        (-0.0234, 0.0118, "like the rest of the sheet"),  # less than two standard errors
+        (-0.0234, 0.0116, "keen, 2.3 % less friction than the sheet"),
+        (None, 0.0, "no throw has passed there"),
+    ],
+)
+def test_a_part_stands_out_by_a_per_cent_and_by_two_standard_errors(relative, sigma, words):
+    zone = Zone(name="", x=(0.0, 1.0), y=(0.0, 1.0), relative=relative, sigma=sigma, seen=1.0)
+    assert zone.words == words
+    assert zone.stands_out == (", " in words)
+
+
+def test_parts_cover_the_sheet_between_its_lines():
+    """From the home end to the away end, each from left to right."""
+    sheet, parts = EVEN.sheet, zones(ice(sigma=0.00018))
+    assert [zone.name for zone in parts[:4]] == [
+        *("the home end, left", "the home end, in the middle", "the home end, right"),
+        "the home half, left",
+    ]
+    assert parts[0].y == (-sheet.length / 2, -HOG_LINE_Y)
+    assert parts[3].y == (-HOG_LINE_Y, 0.0)
+    assert parts[-1].y == (HOG_LINE_Y, sheet.length / 2)
+    assert parts[-1].x == (0.61, sheet.width / 2)  # beside the four-foot ring
+    assert parts[-2].x == (-0.61, 0.61)
+    assert all(zone.seen == 1.0 for zone in parts)
+    assert all(zone.sigma == pytest.approx(0.02) for zone in parts)
+
+
+def test_a_part_is_known_from_a_fifth_of_its_cells():
+    y, x = np.meshgrid(EVEN.sheet.y_centres, EVEN.sheet.x_centres, indexing="ij")
+    inside = np.flatnonzero(((y >= HOG_LINE_Y) & (x >= 0.61)).ravel())
+    for share, known in ((0.19, False), (0.21, True)):
+        seen = np.ones(y.size, dtype=bool)
+        seen[inside[int(share * len(inside)) :]] = False
+        last = zones(ice(observed=seen.reshape(y.shape)))[-1]
+        assert (last.relative is not None) == known
+        assert last.seen == pytest.approx(share, abs=0.02)
+
+
+def test_the_two_keenest_and_the_two_heaviest_parts_are_named():
+    y, x = np.meshgrid(EVEN.sheet.y_centres, EVEN.sheet.x_centres, indexing="ij")
+    changes = {
+        (0, 0): -0.04, (0, 2): -0.08, (1, 0): -0.06, (2, 0): 0.05, (2, 2): 0.09, (3, 1): 0.07
+    }  # fmt: skip
+    mu = EVEN.friction.mu.copy()
+    rows = np.digitize(y, [-HOG_LINE_Y, 0.0, HOG_LINE_Y])
+    columns = np.digitize(x, [-0.61, 0.61])
+    for (row, column), change in changes.items():
+        mu[(rows == row) & (columns == column)] *= 1.0 + change
+    seen = np.ones_like(mu, dtype=bool)
+    friction = replace(EVEN.friction, mu=mu, sigma=np.zeros_like(mu), observed=seen)
+    words = in_a_sentence(replace(EVEN, friction=friction))
+    keen, heavy = words.split("; heavy at ")
+    assert keen.startswith("Keen at the home end, right (−8.")
+    assert " and at the home half, left (−6." in keen
+    assert heavy.startswith("the away half, right (+8.")
+    assert " and at the away end, in the middle (+6." in heavy
+    assert words.endswith(").")
+    assert words.count(" and at ") == 2

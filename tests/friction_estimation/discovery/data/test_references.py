@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
+from curling_env.ice import Ice
 from friction_estimation import discover
 from friction_estimation.discovery import (
     calibrate,
@@ -74,3 +75,44 @@ def test_corrected_tracks_have_true_lengths_and_times(make_session):
     (right,) = corrected([wrong], known)
     assert np.allclose(right.xy, track.xy)
     assert np.allclose(right.t, track.t)
+
+
+def test_references_count_by_their_precision():
+    """The weighted mean of two factors: 1.02 to 1 %, and 1.05 to 2 %."""
+    first, second = (read_reference(text, "scale_error") for text in ("20.4,20,0.2", "10.5,10,0.2"))
+    found = calibrate("scale_error", [first, second])
+    assert found.factor == pytest.approx((1.02 / 0.01**2 + 1.05 / 0.02**2) / (1e4 + 2500.0))
+    assert found.stderr == pytest.approx(1.0 / np.sqrt(1e4 + 2500.0))
+    assert found.references == (first, second)
+    ice = Ice.uniform(0.009, effects=(found.as_effect(), effect("frame_rate_error", factor=1.1)))
+    scale, rate = calibrations_of(ice)
+    assert (scale.name, scale.factor, scale.stderr) == ("scale_error", found.factor, found.stderr)
+    assert scale.references == ()
+    assert (rate.factor, rate.stderr) == (1.1, 0.0)
+    assert calibrations_of(None) == ()
+
+
+@pytest.mark.parametrize(("apart", "contradict"), [(7.9, False), (8.1, True)])
+def test_references_contradict_beyond_four_standard_errors(apart, contradict):
+    """Of each, from the mean of both, which lies in the middle."""
+    texts = ("20,20,0.2", f"{20 + 0.2 * apart},20,0.2")
+    both = [read_reference(text, "scale_error") for text in texts]
+    if contradict:
+        with pytest.raises(
+            InputError, match=r"is a factor of 1\.\d{3}, all together give 1\.\d{3}"
+        ):
+            calibrate("scale_error", both)
+    else:
+        assert calibrate("scale_error", both).factor == pytest.approx(1.0 + 0.005 * apart)
+
+
+@pytest.mark.parametrize(("text", "fits"), [("10.1,20", True), ("9.9,20", False),
+                                            ("39.9,20", True), ("40.1,20", False)])  # fmt: skip
+def test_a_measured_value_lies_within_a_factor_of_two_of_the_true_one(text, fits):
+    if fits:
+        read = read_reference(text, "scale_error")
+        assert f"{read.measured:g},{read.true:g}" == text
+        assert read_reference(text + ",0.7", "scale_error").error == 0.7
+    else:
+        with pytest.raises(InputError, match="within a factor of two"):
+            read_reference(text, "scale_error")

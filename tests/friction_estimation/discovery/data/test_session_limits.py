@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +16,10 @@ from curling_env.sheet import PAPER_SHEET
 from curling_env.trajectory import Trajectory
 from friction_estimation import discover, estimate_ice
 from friction_estimation.discovery import open_session
+from friction_estimation.discovery.data.session import (
+    _refuse_beyond_a_session,
+    refuse_too_many_cells,
+)
 from friction_estimation.tracks import load_tracks
 
 
@@ -50,3 +56,22 @@ def test_more_throws_than_anybody_makes_are_refused(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text("throw,t,x,y,theta\n" + rows)
     with pytest.raises(InputError, match=r"t\.csv: has 10001 throws"):
         load_tracks(tmp_path / "t.csv")
+
+
+def test_the_largest_session_is_accepted() -> None:
+    """A thousand throws, 20 000 rows, a quarter of an hour, and cells of a stone's band."""
+
+    class Long(SimpleNamespace):
+        def __len__(self) -> int:
+            return 20_000
+
+    every: list[Any] = [Long(throw=k, duration=900.0) for k in range(1000)]
+    _refuse_beyond_a_session(every)
+    for cells, refused in ((25_000, False), (25_001, True)):
+        ice: Any = SimpleNamespace(friction=SimpleNamespace(mu=np.zeros(cells)))
+        if not refused:
+            refuse_too_many_cells(ice)
+            continue
+        with pytest.raises(InputError, match="25001 cells is too fine"):
+            refuse_too_many_cells(ice)
+    refuse_too_many_cells(None)

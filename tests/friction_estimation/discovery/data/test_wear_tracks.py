@@ -28,6 +28,8 @@ from friction_estimation.discovery import (
 from friction_estimation.discovery.data.wear_tracks import (
     LONGEST_PATH,
     WearTracks,
+    _path,
+    _slow_part,
     smoothed_path,
     wear_refinement,
 )
@@ -190,3 +192,57 @@ def test_both_kinds_of_wear_are_candidates_until_one_is_in_the_model(rng):
 def test_cells_are_narrow_enough_for_a_worn_track():
     for cell_size, times in ((0.5, 5), (0.25, 3), (0.125, 1), (0.1, 1), (0.3, 3)):
         assert wear_refinement(replace(PAPER_SHEET, cell_size=cell_size)) == times
+
+
+def test_points_of_a_path_are_two_tenths_of_a_metre_apart():
+    y = np.array([0.0, 0.1, 0.19, 0.21, 0.3, 0.405, 0.42, 5.0])
+    path = _path(np.column_stack([0 * y, y]))
+    assert path is not None
+    assert path[:, 1].tolist() == [0.0, 0.21, 0.42, 5.0]
+    assert _path(np.column_stack([0 * y[:3], y[:3]])) is None  # it stays where it is
+    assert _path(np.zeros((0, 2))) is None
+    for length, possible in ((59.0, True), (61.0, False)):
+        y = np.linspace(0.0, length, 200)
+        assert (_path(np.column_stack([0 * y, y])) is not None) == possible
+
+
+def test_stones_of_earlier_throws_ran_before():
+    y = np.linspace(0.0, 5.0, 30)
+    run = np.column_stack([0 * y, y])
+    tracks = WearTracks.of([(4, run + 1.0), (1, run), (1, run + 2.0)])
+    assert tracks.orders.tolist() == [1, 1, 4]
+    assert tracks.paths[0][0].tolist() == [0.0, 0.0]
+    assert tracks.before(np.array([0, 1, 2, 4, 5])).tolist() == [0, 0, 2, 2, 3]
+
+
+def test_passes_add_up_from_stone_to_stone():
+    """Of running bands across the whole length of a sheet, in cells of its width."""
+    y = np.linspace(-15.0, 15.0, 200)
+    runs = [np.column_stack([np.full(200, x), y]) for x in (-0.5, 0.5)]
+    tracks = WearTracks.of(enumerate(runs))
+    sheet = replace(PAPER_SHEET, cell_size=0.1)
+    passes = tracks.passes(sheet)
+    assert passes.shape == (3, *sheet.shape)
+    assert not passes[0].any()
+    left, right = (sheet.cell_of([x, 0.0]) for x in (-0.5, 0.5))
+    assert passes[1][*left] == pytest.approx(passes[2][*left])
+    assert passes[1][*right] == 0.0
+    assert passes[2][*right] == pytest.approx(passes[1][*left], rel=0.3)
+    assert tracks.passes(sheet) is passes  # computed once
+    fresh, layers = tracks.tracks(sheet)
+    assert not fresh.passes.any()
+    assert len(layers) == 3
+    assert not layers[0].any()
+    assert layers[2].sum() == pytest.approx(2 * layers[1].sum(), rel=0.05)
+    assert tracks.tracks(sheet)[1] is layers
+
+
+def test_outlying_rows_do_not_bend_a_path():
+    t = np.arange(60.0)
+    basis = np.column_stack([np.ones(60), t])
+    seen = np.column_stack([3.0 + 0.1 * t, -t]) + 1e-3 * np.random.default_rng(1).normal(
+        size=(60, 2)
+    )
+    bent = seen.copy()
+    bent[10:13] += 1.0
+    assert np.abs(_slow_part(basis, bent) - _slow_part(basis, seen)).max() < 1e-3

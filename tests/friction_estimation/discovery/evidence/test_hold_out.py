@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from friction_estimation.discovery import (
+    SessionNoise,
     base_model,
     choose_held_out,
     fit_with_noise,
@@ -15,8 +19,11 @@ from friction_estimation.discovery import (
     noise_floor,
     open_session,
 )
+from friction_estimation.discovery.evidence import hold_out
+from friction_estimation.discovery.evidence.hold_out import _gap
+from friction_estimation.discovery.model.model import Model
 
-from ..conftest import effect
+from ..conftest import effect, plain_session
 
 
 def test_a_quarter_is_held_out_that_is_like_the_rest(make_session, rng):
@@ -95,3 +102,97 @@ def test_a_missing_effect_widens_the_gap(make_session):
     session = open_session(make_session([effect("curl", strength=0.01)], throws=8))
     fitted = fit_with_noise(base_model(None, session), session)
     assert forecast(fitted.model, session, fitted.noise).rest_error > 0.3
+
+
+def test_throws_held_out_resemble_all_and_leave_every_stone_and_some_swept_throws():
+    """Of eight throws two: of each direction, spin, half of the speeds and half of the session."""
+    speeds = [1.0, 1.1, 1.2, 1.3, 2.0, 2.1, 2.2, 2.3]
+    session = plain_session(throws=8, stones=np.array([1, 2, 2, 2, 2, 2, 2, 3]))
+    t = session.times
+    turned = np.where(session.owner % 4 < 2, 1.0, -1.0) * 1.2 * t
+    ways = np.where(session.owner % 2 == 0, 1.0, -1.0)
+    y = ways * (-10.0 + np.array(speeds)[session.owner] * t)
+    swept = (session.owner == 3).astype(float)
+    session = replace(session, xy=np.column_stack([0 * t, y]), theta=turned, swept=swept)
+    for seed in range(3):
+        chosen = choose_held_out(session, np.random.default_rng(seed)).tolist()
+        assert len(chosen) == 2
+        assert not set(chosen) & {0, 3, 7}  # the only throws of two stones, and the only swept one
+        assert {k % 2 for k in chosen} == {0, 1}
+        assert {k % 4 < 2 for k in chosen} == {True, False}
+        assert {k < 4 for k in chosen} == {True, False}
+    assert len(list(combinations(range(8), 2))) < 300  # all of them are tried
+
+
+def test_a_gap_is_over_the_rows_after_the_first_seconds_and_at_the_last_ones():
+    session = plain_session(throws=2, rows=3)
+    squared = np.array([100.0, 1.0, 9.0, 100.0, 4.0, 16.0])
+    late = np.array([False, True, True] * 2)
+    found = _gap(session, squared, late, session.xy)
+    assert found.path_rms == pytest.approx(np.sqrt(30.0 / 4))
+    assert found.rest_error == pytest.approx(np.sqrt(25.0 / 2))
+    # Throws that ended in their first seconds count with all rows.
+    early = _gap(session, squared, np.zeros(6, dtype=bool), session.xy)
+    assert early.path_rms == pytest.approx(np.sqrt(230.0 / 6))
+
+
+def test_the_floor_of_one_throw_is_the_variance_of_a_forecast(monkeypatch, rng):
+    """From least squares on the first rows, with the friction of the throw unknown."""
+    session = plain_session(throws=2, rows=12, spacing=0.8)
+    columns = rng.normal(size=(24, 3, 9)) * np.linspace(1.0, 3.0, 24)[:, None, None]
+    noise = SessionNoise(white=(0.004, 0.004, 0.02), fading=(0.0,) * 3, memory=(0.1,) * 3)
+    model = SimpleNamespace(spread=0.03)
+    whole = SimpleNamespace(predicted=np.zeros((24, 6)), columns=columns)
+    monkeypatch.setattr(hold_out, "fit", lambda *_, **__: whole)
+    fitted: Any = SimpleNamespace(model=model, noise=noise)
+    floor = noise_floor(fitted, session)
+    errors = np.array([0.004, 0.004, 0.02])
+    late, last = [], []
+    for i in range(2):
+        rows = session.rows(i)
+        own = columns[rows][:, :, :7]
+        early = session.times[rows] <= 4.0
+        known = (own[early] / errors[:, None]).reshape(-1, 7)
+        weak = np.diag(1.0 / np.array([100.0, 100.0, 20.0, 20.0, 1e3, 50.0]))
+        release = np.vstack([known[:, :6], weak])
+        covariance = np.linalg.inv(release.T @ release)
+        taken = np.linalg.lstsq(release, np.append(known[:, 6], np.zeros(6)))[0]
+        for k, row in enumerate(own):
+            reach, by_friction = row[:2, :6], row[:2, 6] - row[:2, :6] @ taken
+            variance = np.trace(reach @ covariance @ reach.T)
+            variance += (0.03 * by_friction) @ (0.03 * by_friction) + 2 * 0.004**2
+            if not early[k]:
+                late.append(variance)
+        last.append(late[-1])
+    assert floor.path_rms == pytest.approx(np.sqrt(np.mean(late)), rel=1e-6)
+    assert floor.rest_error == pytest.approx(np.sqrt(np.mean(last)), rel=1e-6)
+
+
+def test_a_forecast_begins_with_the_first_seconds_and_knows_no_friction_of_its_throw(monkeypatch):
+    """Rows that were not seen along one axis count by the other one alone."""
+    session = plain_session(throws=2, rows=12, spacing=0.8)
+    xy = session.xy.copy()
+    xy[8, 0] = np.nan
+    session = replace(session, xy=xy)
+    asked = []
+
+    def fitted(model, short, noise, *, shared):
+        asked.append((model.spread, short.times.max(), len(short.times), noise, shared))
+        return SimpleNamespace(states="states")
+
+    def predicted(model, given, states, ln_factors):
+        assert given is session
+        assert states == "states"
+        assert ln_factors.tolist() == [0.0, 0.0]
+        return np.column_stack([np.nan_to_num(xy) + np.array([0.3, 0.4]), np.zeros((24, 4))])
+
+    monkeypatch.setattr(hold_out, "fit", fitted)
+    monkeypatch.setattr(hold_out, "predict", predicted)
+    ice: Any = SimpleNamespace()
+    noise: Any = "noise"
+    found = forecast(Model(ice=ice, spread=0.02), session, noise)
+    assert asked == [(0.0, 4.0, 12, "noise", False)]
+    late = 2 * 6  # from 4.8 s on
+    assert found.path_rms == pytest.approx(np.sqrt(((late - 1) * 0.25 + 0.16) / late))
+    assert found.rest_error == pytest.approx(0.5)
+    assert found.predicted.shape == (24, 2)

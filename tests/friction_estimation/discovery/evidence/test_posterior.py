@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,8 +30,18 @@ from friction_estimation.discovery import (
     sensitivities,
     standard_errors,
 )
-from friction_estimation.discovery.evidence.posterior import log_variances, throw_constants
+from friction_estimation.discovery.evidence.posterior import (
+    _draw_factors,
+    _root,
+    cells_of,
+    log_variances,
+    quadratic,
+    release_precisions,
+    throw_constants,
+)
 from friction_estimation.discovery.tuning import RELEASE_SIGMA, USUAL_SPREAD
+
+from ..conftest import plain_session
 
 WHITE = SessionNoise(white=(0.004, 0.004, 0.02), fading=(0.0,) * 3, memory=(0.1,) * 3)
 SPREAD = 3e-4
@@ -173,3 +185,71 @@ def test_the_map_is_drawn_with_its_standard_errors(curl_fit):
     assert 0.8 < ratio.min() < ratio.max() < 1.3
     off = np.abs(np.log(drawn.mu / 0.009).mean(axis=0)) / sigma
     assert np.median(off) < 1.5  # the ice has no map
+
+
+def test_the_square_of_what_is_left_after_a_step_is_written_out(rng):
+    columns, values = rng.normal(size=(3, 10, 2)), rng.normal(size=(3, 10))
+    whole = np.concatenate([columns, values[:, :, None]], axis=2)
+    grams, steps = np.einsum("kni,knj->kij", whole, whole), rng.normal(size=(4, 2))
+    left = values[None] - np.einsum("kni,mi->mkn", columns, steps)
+    assert quadratic(grams, steps) == pytest.approx((left**2).sum(axis=2))
+
+
+def test_a_release_is_believed_weakly_but_for_a_spin_that_was_not_seen():
+    session = plain_session(throws=2)
+    theta = session.theta.copy()
+    theta[session.rows(1)] = np.nan
+    seen, blind = release_precisions(replace(session, theta=theta))
+    assert seen == pytest.approx(RELEASE_SIGMA**-2)
+    assert blind[:4] == pytest.approx(seen[:4])
+    assert blind[5] == pytest.approx(0.6**-2, rel=1e-3)
+    assert blind[4] > 1e12  # the heading stays as it is
+
+
+def test_a_root_has_its_covariance_also_without_full_rank(rng):
+    rows = rng.normal(size=(2, 3)) * [1e3, 1.0, 1e-3]
+    covariance = rows.T @ rows
+    scale = np.sqrt(np.diag(covariance))
+    root = _root(covariance)
+    assert root @ root.T / np.outer(scale, scale) == pytest.approx(
+        covariance / np.outer(scale, scale), abs=1e-7
+    )
+    assert np.isfinite(_root(np.zeros((2, 2)))).all()
+
+
+def test_without_a_spread_all_throws_have_the_same_friction(rng):
+    """With one, they are drawn around what each throw says and all throws have."""
+    reduced = np.zeros((2, 3, 3))
+    reduced[:, 0, 0] = 1e4, 1e6
+    reduced[:, 0, 1] = 1e4, 0.0  # a step of the shared parameter is taken for its friction
+    reduced[:, 0, 2] = 100.0, -1000.0
+    factors = np.array([0.01, 0.02])
+    steps = np.full((4000, 1), 0.003)
+    assert not _draw_factors(reduced, factors, 0.0, steps, rng).any()
+    drawn = _draw_factors(reduced, factors, 0.01, steps, rng)
+    h = np.array([1e4, 1e6])
+    says = factors + np.array([100.0 - 30.0, -1000.0]) / h  # each throw alone
+    precision = h + 1e4
+    assert drawn.mean(axis=0) == pytest.approx(h * says / precision, abs=3e-4)
+    assert drawn.std(axis=0) == pytest.approx(precision**-0.5, rel=0.05)
+
+
+def test_only_a_map_has_cells_and_only_of_so_many_that_they_fit_in_memory(rng):
+    model: Any = SimpleNamespace(map_field=None)
+    assert cells_of(model, np.zeros((1, 2)), rng) is None
+    for cells, drawn in ((4001, False), (4, True)):
+        field = SimpleNamespace(
+            patterns=np.arange(float(cells))[:, None], amplitude=0.01,
+            unresolved_covariance=lambda n=cells: np.diag(np.arange(float(n))),
+        )  # fmt: skip
+        mu = np.full((2, 2), 0.01) * [[1.0, 2.0], [1.0, 1.0]]
+        ice = SimpleNamespace(friction=SimpleNamespace(mu=mu))
+        model = SimpleNamespace(map_field=field, map_slice=slice(2, 3), ice=ice)
+        vectors = np.tile([0.1, 5.0, 0.02], (3000, 1))
+        found = cells_of(model, vectors, rng)
+        assert (found is not None) == drawn
+    assert found is not None
+    assert found.shape == (3000, 2, 2)
+    left = np.log(found / mu).reshape(3000, 4)
+    assert left.mean(axis=0) == pytest.approx(0.1 + 0.02 * np.arange(4), abs=2e-3)
+    assert left.std(axis=0) == pytest.approx(0.01 * np.sqrt(np.arange(4)), rel=0.06)

@@ -17,6 +17,8 @@ from friction_estimation.discovery import (
     way_of,
 )
 
+from ..conftest import plain_session
+
 
 def labels(session, terms=()):
     return {term.label for term in candidates(session, terms)}
@@ -138,3 +140,48 @@ def test_a_strength_as_large_as_no_ice_has_it_is_at_a_limit():
     drag = Term(card=catalogue()["air_drag"], values={"coefficient": 0.0}, free=("coefficient",))
     assert not drag.at_a_limit
     assert drag.with_values(coefficient=0.02).at_a_limit
+
+
+@pytest.mark.parametrize(
+    ("clocks", "shown"),
+    [
+        ([0.0, 20.0, 40.0, 61.0, 61.0], False),  # four times
+        ([0.0, 20.0, 40.0, 55.0, 61.0], True),
+        ([0.0, 20.0, 40.0, 50.0, 60.0], False),  # within a minute
+    ],
+)
+def test_a_drift_shows_at_five_times_over_more_than_a_minute(clocks, shown):
+    session = plain_session(throws=5, clocks=np.array(clocks))
+    assert ("time_drift" in labels(session)) == shown
+
+
+def test_runs_over_the_same_ice_need_a_later_throw_than_the_first():
+    from friction_estimation.discovery.data.wear_tracks import WearTracks
+
+    y = np.linspace(-9.0, 9.0, 40)
+    run = np.column_stack([0 * y, y])
+    session = plain_session(throws=3, wear_tracks=WearTracks.of([(1, run)]))
+    along = "pebble_wear[along_path]"
+    assert along in labels(session)
+    assert along not in labels(session.only([0, 1]))
+    assert along not in labels(replace(session, wear_tracks=WearTracks()))
+
+
+def test_a_term_that_adapts_less_than_its_prior_is_believed():
+    card = catalogue()["curl"]
+    term = Term(card=card, values=neutral_values(card), free=("strength",))
+    assert term.freed("strength", "spin_exponent").free == ("strength", "spin_exponent")
+    assert term.with_values(strength=0.5).values["strength"] == 0.5
+    assert term.values["strength"] != 0.5
+    plain = term.effect()
+    assert (plain.sigma, plain.believed, plain.common) == ({}, (), {})
+    assert plain.parameters == dict(term.values)
+
+
+def test_values_without_a_neutral_or_usual_one_are_in_the_middle():
+    card = catalogue()["friction_patch"]
+    values = neutral_values(card, factor=1.3)
+    assert values["factor"] == 1.3
+    for p in card.parameters:
+        if p.neutral is None and p.default is None:
+            assert values[p.name] == (p.low + p.high) / 2

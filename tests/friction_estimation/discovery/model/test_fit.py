@@ -1,14 +1,18 @@
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from curling_env.errors import FitError
 from curling_env.ice import Ice
 from curling_env.physics import State, catalogue, slide
 from curling_env.throw import Throw
 from friction_estimation.discovery import (
+    SessionNoise,
     Term,
     base_model,
     candidates,
@@ -21,9 +25,26 @@ from friction_estimation.discovery import (
     refit,
     standard_errors,
 )
+from friction_estimation.discovery.model import fit as fits
+from friction_estimation.discovery.model.fit import (
+    Point,
+    SessionFit,
+    _behind,
+    _most_likely_spread,
+    _moved,
+    _part_of_the_way,
+    _step,
+    releases_near,
+    singular_fit_refused,
+)
+from friction_estimation.discovery.model.gaussian_field import GatePlaces
 from friction_estimation.discovery.model.linearisation import Linearisation
+from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.tuning import RELEASE_SIGMA
 
-from ..conftest import effect
+from ..conftest import effect, plain_session
+
+ANY_ICE: Any = SimpleNamespace(stone=SimpleNamespace(radius=0.14))
 
 
 def test_friction_scatter_and_errors(make_session):
@@ -172,3 +193,351 @@ def test_the_last_step_needs_no_linearisation(make_session):
     assert found.deviance == pytest.approx(linear.deviance(), abs=0.1)
     assert found.linear.minimum().step == pytest.approx(linear.minimum().step, abs=1e-4)
     assert found.linear.grams[:, -1, -1] == pytest.approx(linear.grams[:, -1, -1], rel=1e-3)
+
+
+# --- points and steps that are given -------------------------------------------------------------
+
+
+def random_columns(rng, throws=3, rows=30, shared=2):
+    """Columns of release, factor, shared parameters and residual of each throw."""
+    return rng.normal(size=(throws, rows, 6 + 1 + shared + 1))
+
+
+def linear_of(columns, ln_factors, **model: Any) -> Linearisation:
+    grams = np.einsum("kni,knj->kij", columns, columns)
+    return Linearisation(model=Model(ice=ANY_ICE, **model), ln_factors=ln_factors, grams=grams)
+
+
+def test_after_a_step_the_residual_lacks_what_the_step_explains(rng):
+    columns, factors = random_columns(rng), 0.1 * rng.normal(size=3)
+    linear = linear_of(columns, factors, ln_mu=0.1)
+    states, moved = rng.normal(size=(3, 6)), rng.normal(size=(3, 6))
+    later = factors + 0.3
+    model = replace(linear.model, ln_mu=0.6, ln_coupling=-0.2)
+    found = _moved(Point(states, linear, 0.0), model, moved, later)
+    steps = np.column_stack([moved - states, later - factors, np.tile([0.5, -0.2], (3, 1))])
+    expected = columns.copy()
+    expected[:, :, -1] -= np.einsum("kni,ki->kn", columns[:, :, :-1], steps)
+    assert found.grams == pytest.approx(np.einsum("kni,knj->kij", expected, expected))
+    assert found.ln_factors is later
+    assert found.model is model
+
+
+def test_better_releases_and_frictions_promise_what_least_squares_gain(rng):
+    columns, factors, spread = random_columns(rng), 0.1 * rng.normal(size=3), 0.2
+    linear = linear_of(columns, factors, spread=spread)
+    gain = 0.0
+    for block, factor in zip(columns, factors, strict=True):
+        own = np.vstack([block[:, :7], np.diag(np.append(1.0 / RELEASE_SIGMA, 1.0 / spread))])
+        target = np.concatenate([block[:, -1], np.zeros(6), [-factor / spread]])
+        rest = target - own @ np.linalg.lstsq(own, target)[0]
+        gain += target @ target - rest @ rest
+    assert _behind(linear) == pytest.approx(gain)
+    # Without a spread the factor is one, and goes there.
+    still = linear_of(columns, np.zeros(3))
+    gain = 0.0
+    for block in columns:
+        own = np.vstack([block[:, :6], np.diag(1.0 / RELEASE_SIGMA)])
+        target = np.append(block[:, -1], np.zeros(6))
+        rest = target - own @ np.linalg.lstsq(own, target)[0]
+        gain += target @ target - rest @ rest
+    assert _behind(still) == pytest.approx(gain)
+
+
+def test_the_likely_spread_is_that_of_the_frictions_less_their_errors(rng):
+    """At the present parameters: throws scatter by it and by the error of each."""
+    throws, error = 60, 0.003
+    own = 0.02 * rng.normal(size=throws)
+    around = 0.01 * rng.normal(size=throws)
+    reduced = np.zeros((throws, 3, 3))
+    reduced[:, 0, 0], reduced[:, 0, -1] = error**-2, (own - around) / error**2
+    linear: Any = SimpleNamespace(
+        reduced=reduced, ln_factors=around, model=SimpleNamespace(spread=0.1)
+    )
+    exact = float(np.sqrt(np.mean(own**2) - error**2))
+    assert _most_likely_spread(linear) == pytest.approx(exact, rel=0.05)
+    linear.model.spread = exact  # that of before is tried too
+    assert _most_likely_spread(linear) == pytest.approx(exact, rel=1e-9)
+
+
+def test_a_shortened_step_changes_amplitudes_by_the_same_part_of_their_logarithm():
+    places = GatePlaces(places=np.zeros(2), amplitude=0.01, values=np.zeros(2))
+    model = Model(ice=ANY_ICE, systematic_error=places)
+    foreseen = model.with_amplitude(0, 0.0001)
+    half = _part_of_the_way(model, foreseen, 0.5)
+    assert half.fields[0][1].amplitude == pytest.approx(0.001)
+    assert _part_of_the_way(model, foreseen, 1.0) is foreseen
+
+
+def test_a_throw_begins_as_in_the_last_fit_that_knows_it():
+    """Known by its number, its stone and its time; another stone of the throw is another."""
+    session = plain_session(throws=4, stones=np.array([1, 2, 3, 4]))
+    first, last = session.only([0, 1]), session.only([1, 3])
+
+    def fitted(some, number) -> Any:
+        return SimpleNamespace(
+            session=some, states=np.full((2, 6), number), ln_factors=np.array([number, -number])
+        )
+
+    states, ln_factors = releases_near(session, fitted(first, 7.0), fitted(last, 9.0))
+    assert states[[0, 1, 3]].tolist() == [[7.0] * 6, [9.0] * 6, [9.0] * 6]
+    assert states[2] == pytest.approx(session.first_states[2])
+    assert ln_factors.tolist() == [7.0, 9.0, 0.0, -9.0]
+    other = fitted(replace(last, stones=np.array([2, 5])), 9.0)
+    states, ln_factors = releases_near(session, other)
+    assert ln_factors.tolist() == [0.0, 9.0, 0.0, 0.0]
+    assert states[3] == pytest.approx(session.first_states[3])
+
+
+@pytest.mark.parametrize(("turned", "worst"), [(0.1, 1), (0.7, 2)])
+def test_the_worst_throw_is_named_by_metres_and_by_the_way_of_its_rim(turned, worst):
+    """A radian is 14 cm at the rim of a stone."""
+    session = plain_session(throws=3)
+    predicted = np.zeros((len(session.times), 6))
+    predicted[:, [0, 1, 4]] = session.observed
+    predicted[session.rows(1).start + 4, 0] += 0.06
+    predicted[session.rows(2).start + 2, 4] -= turned
+    model = Model(ice=ANY_ICE)
+    linear: Any = SimpleNamespace(model=model)
+    noise: Any = None
+    fitted = SessionFit(
+        session=session, noise=noise, states=np.zeros((3, 6)), predicted=predicted,
+        linear=linear, deviance=0.0,
+    )  # fmt: skip
+    off = {1: "0.06 m and 0 rad", 2: f"0 m and {turned} rad"}[worst]
+    assert fitted.worst_throw() == f"throw {worst} fits worst, by {off}"
+
+
+def test_equations_without_a_solution_are_an_error_of_the_throws():
+    with (
+        pytest.raises(FitError, match="no ice can be fitted to these throws"),
+        singular_fit_refused(),
+    ):
+        raise np.linalg.LinAlgError("Singular matrix")
+
+
+# --- steps of a fit, whose deviances are given ---------------------------------------------------
+
+
+@dataclass(frozen=True)
+class GivenLinear:
+    model: Model
+    value: float
+
+    def deviance(self) -> float:
+        return self.value
+
+
+@pytest.fixture
+def steps_of(monkeypatch):
+    """Fits whose deviance is that of a list; returns the length of every step, and the last one.
+
+    A step foresees a fall by `promised`.
+    """
+
+    def follow(deviances, *, promised=10.0, shared=False, behind=0.0, **options):
+        taken, values = [], iter(deviances)
+
+        def step(point, _, damping, shared):
+            taken.append((point.deviance, round(damping, 6), shared))
+            return point.linear.model, point.states, np.zeros(1), point.deviance - promised
+
+        monkeypatch.setattr(
+            fits, "linearise", lambda model, *_: (None, GivenLinear(model, next(values)))
+        )
+        monkeypatch.setattr(fits, "_step", step)
+        monkeypatch.setattr(fits, "_most_likely_spread", lambda _: 0.25)
+        monkeypatch.setattr(fits, "_behind", lambda _: behind)
+        monkeypatch.setattr(fits, "predict", lambda *_: None)
+        monkeypatch.setattr(fits, "_moved", lambda point, *_: point.linear)
+        session, noise = plain_session(throws=1), None
+        found = fit(Model(ice=ANY_ICE), session, noise, shared=shared, **options)
+        assert found.model.spread == (0.25 if shared else 0.0)
+        assert found.deviance == pytest.approx(taken[-1][0] - promised)
+        return [(value, damping) for value, damping, _ in taken[:-1]], taken[-1]
+
+    return follow
+
+
+def test_a_step_after_which_the_fit_is_worse_is_repeated_shorter(steps_of):
+    """A third as long each time; after a better one steps grow again, and only a whole one ends."""
+    values = [100.0, 50.0, 80.0, 60.0, 45.0, 44.99, 44.98, 44.97]
+    steps, last = steps_of(values, iterations=20)
+    assert steps == [
+        (100, 1),
+        (50, 1),
+        (50, 0.3),
+        (50, 0.09),
+        (45, 0.27),
+        (44.99, 0.81),
+        (44.98, 1),
+    ]
+    assert last == (44.97, 1.0, False)
+
+
+def test_a_fit_ends_after_a_whole_step_that_gains_nothing_and_not_before(steps_of):
+    steps, last = steps_of([100.0, 60.0, 59.9, 59.86], iterations=20)
+    assert [value for value, _ in steps] == [100.0, 60.0, 59.9]
+    assert last == (59.86, 1.0, False)
+
+
+def test_a_worse_step_that_might_gain_nothing_is_the_last(steps_of):
+    steps, last = steps_of([100.0, 60.0, 60.04], iterations=20)
+    assert steps == [(100.0, 1.0), (60.0, 1.0)]
+    assert last[0] == 60.0
+    # Otherwise steps are shortened three times more, to a thirtieth.
+    steps, last = steps_of([100.0, 60.0, 90.0, 90.0, 90.0, 90.0], iterations=20)
+    assert [damping for _, damping in steps] == [1.0, 1.0, 0.3, 0.09, 0.027]
+    assert last == (60.0, 1.0, False)
+    # Numbers that overflow are worse than any.
+    steps, _ = steps_of([100.0, np.inf, 90.0, 89.0, 88.0], iterations=5)
+    assert [damping for _, damping in steps[:4]] == [1.0, 0.3, 0.9, 1.0]
+
+
+def test_no_more_steps_are_taken_than_asked_for(steps_of):
+    steps, last = steps_of([100.0, 90.0, 80.0, 70.0], iterations=3)
+    assert [value for value, _ in steps] == [100.0, 90.0, 80.0]
+    assert last[0] == 80.0
+    assert len(steps_of([100.0], iterations=1)[0]) == 1
+
+
+def test_a_step_that_promises_nothing_needs_no_other_linearisation(steps_of):
+    """It is taken with the shared parameters; releases alone otherwise."""
+    steps, last = steps_of([100.0], promised=0.04, shared=True)
+    assert steps == [(100.0, 1.0)]
+    assert last == (100.0, 1.0, True)
+    steps, last = steps_of([100.0, 90.0, 89.99], promised=0.06, shared=True)
+    assert len(steps) == 2
+    assert last == (89.99, 1.0, False)
+    # Releases that are behind promise something too.
+    steps, last = steps_of([100.0, 90.0, 89.99], promised=0.01, behind=0.06, shared=True)
+    assert len(steps) == 2
+    assert last[2] is False
+    # A shortened step promises less than there is.
+    steps, _ = steps_of([100.0, 120.0, 90.0, 89.0, 88.99], promised=0.02, behind=0.04)
+    assert [damping for _, damping in steps] == [1.0, 0.3, 0.9, 1.0]
+
+
+def test_a_fit_ends_where_steps_as_large_as_the_last_would_not_reach_its_goal(steps_of):
+    values = [100.0, 90.0, 85.0, 84.0, 83.9, 83.89]
+    steps, last = steps_of(values, iterations=10, goal=60.0)
+    # After the third point seven steps of 5 would lead to 50, after the fourth six of 1 to 78.
+    assert [value for value, _ in steps] == [100.0, 90.0, 85.0]
+    assert last[0] == 84.0
+    steps, last = steps_of(values, iterations=10, goal=77.0)
+    assert last[0] == 84.0
+    steps, last = steps_of(values, iterations=10, goal=78.5)
+    assert last[0] == 83.9
+
+
+def best_of_throw(block, factor, spread, shared_step):
+    """Release and factor of a throw by least squares, after a step of the shared parameters."""
+    own = 7 if spread > 0.0 else 6
+    target = block[:, -1] - block[:, 7:-1] @ shared_step
+    if spread == 0.0:
+        target = target + block[:, 6] * factor
+    weak = 1.0 / np.append(RELEASE_SIGMA, spread or 1.0)[:own]
+    matrix = np.vstack([block[:, :own], np.diag(weak)])
+    beyond = np.zeros(own)
+    if spread > 0.0:
+        beyond[6] = -factor / spread
+    found = np.linalg.lstsq(matrix, np.append(target, beyond))[0]
+    return found[:6], factor + found[6] if spread > 0.0 else 0.0
+
+
+@pytest.mark.parametrize("spread", [0.0, 0.05])
+def test_without_shared_parameters_every_throw_goes_to_its_own_best(rng, spread):
+    columns, factors = random_columns(rng), 0.1 * rng.normal(size=3)
+    linear, states = linear_of(columns, factors, spread=spread), rng.normal(size=(3, 6))
+    session = plain_session(throws=3)
+    point = Point(states, linear, 123.0)
+    model, moved, found, least = _step(point, session, 0.3, False)
+    for k, block in enumerate(columns):
+        release, factor = best_of_throw(block, factors[k], spread, np.zeros(2))
+        assert moved[k] - states[k] == pytest.approx(release, rel=1e-6)
+        assert found[k] == pytest.approx(factor, abs=1e-9)
+    assert model.vector.tolist() == [0.0, 0.0]
+    assert least == 123.0
+    assert model.spread == spread
+
+
+@pytest.mark.parametrize("damping", [1.0, 0.3])
+def test_a_step_of_shared_parameters_is_shortened_and_the_throws_follow(rng, damping):
+    columns, factors = random_columns(rng, throws=6), 0.02 * rng.normal(size=6)
+    columns[:, :, 6] *= 30.0
+    columns[:, :, 7:9] *= 5.0
+    linear = linear_of(columns, factors, spread=0.1, ln_coupling=0.05)
+    states, session = np.zeros((6, 6)), plain_session(throws=6)
+    model, moved, found, least = _step(Point(states, linear, 0.0), session, damping, True)
+    whole = linear.total(model.spread)
+    full = np.linalg.solve(whole[:-1, :-1], whole[:-1, -1])
+    step = model.vector - linear.model.vector
+    assert step == pytest.approx(damping * full, rel=1e-6)
+    assert least == pytest.approx(linear.least(), abs=1e-6)
+    for k, block in enumerate(columns):
+        release, factor = best_of_throw(block, factors[k], model.spread, step)
+        assert moved[k] == pytest.approx(release, rel=1e-5)
+        assert found[k] == pytest.approx(factor, abs=1e-8)
+
+
+def test_no_step_leads_to_impossible_friction_or_to_another_side_of_an_unseen_spin(rng):
+    columns, factors = random_columns(rng), np.zeros(3)
+    columns[:, :, -1] += 50.0 * columns[:, :, 6]
+    columns[:, :, -1] -= 9.0 * columns[:, :, 5]
+    session = plain_session(throws=3, usual_spins=np.array([1.5, -1.5, 1.5]))
+    theta = session.theta.copy()
+    theta[: session.rows(1).stop] = np.nan
+    session = replace(session, theta=theta)
+    linear = linear_of(columns, factors, spread=100.0)
+    _, moved, found, _ = _step(Point(np.zeros((3, 6)), linear, 0.0), session, 1.0, False)
+    assert np.exp(found) == pytest.approx(np.full(3, np.exp(2.0)))
+    slowest = 1.5 - 2 * 0.6
+    assert moved[0, 5] == pytest.approx(slowest)
+    assert moved[1, 5] < -slowest  # the other way it is free
+    assert moved[2, 5] < -2.0  # its heading was seen
+
+
+def given_fit(session, rng, *, spread=0.03) -> SessionFit:
+    """A fit of white noise whose predictions are off by some millimetres."""
+    noise = SessionNoise(white=(0.004, 0.002, 0.02), fading=(0.0,) * 3, memory=(0.1,) * 3)
+    predicted = np.zeros((len(session.times), 6))
+    predicted[:, [0, 1, 4]] = session.observed + 0.005 * rng.normal(size=(len(predicted), 3))
+    throws = len(session)
+    grams = np.zeros((throws, 10, 10))
+    model = Model(ice=ANY_ICE, spread=spread)
+    linear = Linearisation(model=model, ln_factors=0.1 * rng.normal(size=throws), grams=grams)
+    return SessionFit(
+        session=session, noise=noise, states=session.first_states, predicted=predicted,
+        linear=linear, deviance=0.0,
+    )  # fmt: skip
+
+
+def test_columns_around_a_fit_are_weighed_by_the_noise_throw_by_throw(rng):
+    """The noise of each coordinate, times the relative noise of each row."""
+    session = plain_session(throws=3, rows=5)
+    sigma = rng.uniform(0.5, 2.0, (15, 2))
+    theta = session.theta.copy()
+    theta[7] = np.nan
+    session = replace(session, sigma=sigma, theta=theta)
+    fitted = given_fit(session, rng)
+    fitted = replace(fitted, predicted=np.nan_to_num(fitted.predicted))
+    columns = rng.normal(size=(15, 3, 9))
+    other = replace(fitted.model, ln_mu=0.7, spread=9.0)
+    linear = fitted.linear_in(other, columns, fitted.residuals)
+    assert linear.model.ln_mu == 0.7
+    assert linear.model.spread == fitted.model.spread
+    assert linear.ln_factors is fitted.ln_factors
+    residuals = session.observed - fitted.predicted[:, [0, 1, 4]]
+    assert fitted.residuals == pytest.approx(residuals, nan_ok=True)
+    errors = np.array([0.004, 0.002, 0.02]) * sigma[:, [0, 0, 1]]
+    for i, gram in enumerate(linear.grams):
+        rows = session.rows(i)
+        whole = np.concatenate([columns[rows], residuals[rows][:, :, None]], axis=2)
+        whole = (whole / errors[rows][:, :, None]).reshape(-1, 10)
+        whole = whole[np.isfinite(whole[:, -1])]
+        assert len(whole) == (14 if i == 1 else 15)
+        expected = whole.T @ whole
+        if i == 1:  # of five headings none shows a spin
+            continue
+        assert gram[:4, :4] == pytest.approx(expected[:4, :4])
+        assert gram[6:, 6:-1] == pytest.approx(expected[6:, 6:-1])

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,9 +16,12 @@ from curling_env.sheet import PAPER_SHEET, Direction
 from curling_env.throw import Release, Throw
 from friction_estimation.discovery import base_model, open_session, predict
 from friction_estimation.discovery.data.session import Session, UnknownPushes
+from friction_estimation.discovery.data.wear_tracks import WearTracks
 from friction_estimation.discovery.model.model import true_states
+from friction_estimation.discovery.model.response import Instants
+from friction_estimation.discovery.model.sensitivity import friction_along
 
-from ..conftest import effect
+from ..conftest import effect, plain_session
 
 ONE = np.zeros(1)
 EDGE = effect("friction_patch", x_min=-0.5, x_max=1.5, y_min=-4.7, y_max=4.7, factor=1.16)
@@ -139,3 +144,112 @@ def test_a_stone_that_a_trial_sends_off_the_sheet_is_left_far_off():
     assert np.isfinite(found).all()
     still = predict(base_model(ice, session), session, 0 * state, ONE)
     assert np.array_equal(still, np.zeros_like(still))
+
+
+# --- several throws, each in its own circumstances -----------------------------------------------
+
+VARIED = (
+    effect("sweeping", friction_factor=0.8),
+    effect("time_drift", rate=5e-4),
+    effect("stone_bias", stone=1, factor=1.3),
+    effect("curl", strength=0.006),
+)
+LN_FACTORS = np.array([0.0, 0.2, -0.1])
+
+
+def varied_session() -> Session:
+    """Throws of two stones: unswept, swept twice, and swept at first and in the end."""
+    session = plain_session(throws=3, rows=41, spacing=0.25, stones=np.array([0, 1, 0]))
+    t, own = session.times, session.owner
+    twice = ((t > 2.1) & (t < 4.1)) | ((t > 6.1) & (t < 7.1))
+    ends = (t < 3.1) | (t > 8.1)
+    swept = np.where(own == 1, twice, np.where(own == 2, ends, False))
+    return replace(session, swept=swept.astype(float))
+
+
+def is_swept(throw: int, t: float) -> bool:
+    """Return whether a throw of that session is swept: begin and end are midway between rows."""
+    if throw == 1:
+        return 2.125 < t < 4.125 or 6.125 < t < 7.125
+    return throw == 2 and (t < 3.125 or t > 8.125)
+
+
+INSTANTS = np.array([0.3, 2.0, 2.4, 4.0, 4.3, 6.0, 6.3, 7.0, 7.5, 8.0, 8.4])
+
+
+def law_at(ice: Ice, throw: int, t: float, s: np.ndarray) -> np.ndarray:
+    """Acceleration of a stone of that session in a state."""
+    mu = ice.friction.mu * np.exp(LN_FACTORS[throw])
+    own = replace(ice, friction=replace(ice.friction, mu=mu))
+    given: Any = {"t": t, "clock": 60.0 * throw + t, "heading": s[State.THETA]}
+    swept, stone = is_swept(throw, t), int(throw == 1)
+    moving = s[None, [0, 1, 2, 3, 5]]
+    return acceleration(own, moving, swept=swept, stone=stone, order=throw, **given)[0]
+
+
+@pytest.mark.parametrize("ice", [Ice.uniform(0.009), mapped("bilinear")], ids=["even", "mapped"])
+def test_every_throw_slides_in_its_own_circumstances(ice):
+    ice = replace(ice, effects=VARIED)
+    session = varied_session()
+    half = 1e-4
+    around = np.tile((INSTANTS[:, None] + [-half, 0.0, half]).ravel(), 3)
+    starts = 3 * len(INSTANTS) * np.arange(4)
+    model = base_model(ice, session)
+    found = true_states(model, session, session.first_states, LN_FACTORS, around, starts)
+    before, now, after = found.reshape(-1, 3, 6).swapaxes(0, 1)
+    velocities = [State.VX, State.VY, State.OMEGA]
+    seen = (after - before)[:, velocities] / (2 * half)
+    for k, s in enumerate(now):
+        throw, at = divmod(k, len(INSTANTS))
+        assert seen[k] == pytest.approx(law_at(ice, throw, INSTANTS[at], s), abs=3e-5)
+
+
+@pytest.mark.parametrize("ice", [Ice.uniform(0.009), mapped("bilinear")], ids=["even", "mapped"])
+def test_the_part_of_friction_is_what_twice_the_friction_adds(ice, rng):
+    ice = replace(ice, effects=VARIED)
+    session = varied_session()
+    path = np.column_stack([
+        *rng.uniform(-1.5, 1.5, (2, 33)), *rng.uniform(0.3, 2.0, (2, 33)), *rng.normal(size=(2, 33))
+    ])  # fmt: skip
+    instants = Instants(np.tile(INSTANTS, 3), len(INSTANTS) * np.arange(4))
+    paths: Any = SimpleNamespace(path=path, instants=instants)
+    found = friction_along(base_model(ice, session), session, LN_FACTORS, paths)
+    heavier = replace(ice, friction=replace(ice.friction, mu=2 * ice.friction.mu))
+    for k, s in enumerate(path):
+        throw, at = divmod(k, len(INSTANTS))
+        part = law_at(heavier, throw, INSTANTS[at], s) - law_at(ice, throw, INSTANTS[at], s)
+        assert found[k] == pytest.approx(part, rel=1e-6, abs=1e-9)
+
+
+def test_stones_that_ran_before_wear_the_ice_of_a_throw():
+    """Along one path: after one stone the friction there is that of one pass, and so on."""
+    wear = effect("pebble_wear", along_path=-0.08)
+    ice = Ice.uniform(0.009, replace(PAPER_SHEET, cell_size=0.1), effects=(wear,))
+    y = np.linspace(-15.0, 15.0, 200)
+    ran = WearTracks.of((k, np.column_stack([0 * y, y])) for k in range(3))
+    session = plain_session(throws=3, wear_tracks=ran)
+    path = np.zeros((3, 6))
+    path[:, 0], path[:, 3] = [0.0, 0.0, 0.5], 1.5
+    instants = Instants(np.full(3, 1.0), np.arange(4))
+    paths: Any = SimpleNamespace(path=path, instants=instants)
+    model = base_model(ice, session)
+    drags = friction_along(model, session, np.zeros(3), paths)[:, 1]
+    assert drags[0] < 0.0
+    passes = session.wear_tracks.passes(model.wear_sheet)
+    under = model.wear_sheet.cell_of([0.0, 0.0])
+    assert drags[1] / drags[0] == pytest.approx(np.exp(-0.08 * passes[1][*under]), rel=0.02)
+    assert drags[2] / drags[0] == pytest.approx(1.0)  # half a metre beside it the ice is fresh
+
+
+def test_before_its_release_a_stone_waits_and_after_its_end_it_rests():
+    session = plain_session(throws=2)
+    ice = Ice.uniform(0.009)
+    times, starts = np.array([-1.0, 0.0, 500.0, 600.0]), np.array([0, 4, 4])
+    states = session.first_states
+    found = true_states(base_model(ice, session), session, states, np.zeros(2), times, starts)
+    assert found[0].tolist() == states[0].tolist()
+    assert found[1].tolist() == states[0].tolist()
+    assert found[3] == pytest.approx(found[2])
+    assert np.hypot(found[2, 2], found[2, 3]) < 0.01
+    stops = 2.0**2 / (2 * 9.80665 * 0.009) - 10.0
+    assert found[2, 1] == pytest.approx(stops, rel=0.03)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.sheet import PAPER_SHEET, Sheet
+from friction_estimation.design.cramer_rao import matern
 from friction_estimation.discovery import (
     CARD,
     MEASURED,
@@ -173,3 +174,48 @@ def test_a_fit_that_begins_at_a_much_too_large_map_comes_back(mapped) -> None:
     assert again.model.map_field.amplitude < 0.25
     assert again.deviance == pytest.approx(fitted.deviance, abs=0.5)
     assert again.model.vector == pytest.approx(fitted.model.vector, abs=0.1)
+
+
+def test_what_patterns_omit_is_the_rest_of_the_prior(lane) -> None:
+    field = field_along(PAPER_SHEET, crossed_by(PAPER_SHEET, [lane]), 3.0, 2.5)
+    left = field.unresolved_covariance()
+    some = np.array([0, 40, 333, 600])
+    y, x = np.meshgrid(PAPER_SHEET.y_centres, PAPER_SHEET.x_centres, indexing="ij")
+    centres = np.column_stack([x.ravel(), y.ravel()])[some]
+    apart = np.hypot(*(centres[:, None] - centres).transpose(2, 0, 1))
+    whole = matern(apart, 3.0, 2.5)
+    expected = whole - field.patterns[some] @ field.patterns[some].T
+    assert left[np.ix_(some, some)] == pytest.approx(expected)
+    assert np.maximum(np.diag(left), 0.0) == pytest.approx(field.unresolved(), abs=1e-12)
+    known = np.where(np.arange(len(left)) == 333, 0.03, 0.0)
+    earlier = replace(field, known=known, amplitude=0.04)
+    size = np.where(some == 333, 1.25, 1.0)  # 3 and 4 at right angles, over 4
+    assert earlier.unresolved_covariance()[np.ix_(some, some)] == pytest.approx(
+        size[:, None] * whole * size - field.patterns[some] @ field.patterns[some].T
+    )
+
+
+def test_ice_is_crossed_between_the_rows_of_a_track_too() -> None:
+    """Rows three metres apart, half a metre beside the middle of the sheet."""
+    path = np.array([[0.5, -3.1], [0.5, 0.1], [0.5, 3.1]])
+    crossed = crossed_by(PAPER_SHEET, [path, path])
+    rows, columns = np.divmod(crossed.cells, PAPER_SHEET.shape[1])
+    (column,) = set(columns.tolist())
+    assert abs(PAPER_SHEET.x_centres[column] - 0.5) <= 0.25
+    y = PAPER_SHEET.y_centres[rows]
+    assert (np.diff(rows) == 1).all()
+    assert y[0] == pytest.approx(-3.1, abs=0.25)
+    assert y[-1] == pytest.approx(3.1, abs=0.25)
+    assert crossed.counts.sum() == 2 * 36  # twelve points for each row
+    assert np.abs(crossed.places[:, 0] - 0.5).max() <= 0.25
+    assert np.diff(np.unique(crossed.places[:, 1])) == pytest.approx(0.5)
+    fine = crossed_by(Sheet(cell_size=0.1), [path])
+    assert np.diff(np.unique(fine.places[:, 1])).min() == pytest.approx(0.3)
+    assert len(fine.cells) > 25
+
+
+def test_no_field_has_more_than_120_patterns(rng) -> None:
+    everywhere = rng.uniform([-2.0, -18.0], [2.0, 18.0], (4000, 2))
+    field = field_along(PAPER_SHEET, crossed_by(PAPER_SHEET, [everywhere]), 0.6, 2.5)
+    assert len(field) == 120
+    assert field.unresolved().mean() > 0.3  # of so rough a field much is left

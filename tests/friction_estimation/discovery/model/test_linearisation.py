@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,9 +19,16 @@ from friction_estimation.discovery import (
     open_session,
     predict,
 )
-from friction_estimation.discovery.model.linearisation import Linearisation
+from friction_estimation.discovery.model.linearisation import (
+    Linearisation,
+    eliminate_factor,
+    release_steps,
+)
+from friction_estimation.discovery.model.minimum import minimum_of
+from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.tuning import RELEASE_SIGMA, SPREADS
 
-from ..conftest import effect
+from ..conftest import effect, plain_session
 
 WHITE = SessionNoise(white=(0.004, 0.004, 0.02), fading=(0.0,) * 3, memory=(0.1,) * 3)
 
@@ -90,3 +99,72 @@ def test_a_spin_that_was_not_seen_costs_what_its_prior_says(make_session):
         assert move @ blind @ move == pytest.approx((off / 0.6) ** 2)
     move[State.THETA] = 1e-4  # nothing shows the heading, which stays
     assert move @ blind @ move > 1e4
+
+
+@pytest.fixture
+def by_hand(rng):
+    """Four throws of thirty rows by random columns, which share three parameters."""
+    columns = rng.normal(size=(4, 30, 6 + 1 + 3 + 1))
+    columns[:, :, 6] *= 20.0
+    grams = np.einsum("kni,knj->kij", columns, columns)
+    ice: Any = SimpleNamespace()
+    model = Model(ice=ice, ln_coupling=0.1, spread=0.02)
+    return Linearisation(model=model, ln_factors=0.01 * rng.normal(size=4), grams=grams)
+
+
+@pytest.mark.parametrize("kept", [None, [0, 2], [1], []])
+def test_the_least_deviance_is_that_of_the_best_spread_and_the_free_parameters(by_hand, kept):
+    """Against every spread of a fine grid; the others stay where they are."""
+    chosen = [*(range(3) if kept is None else kept), 3]
+
+    def deviance(spread):
+        grams, log_terms = eliminate_factor(by_hand.reduced, by_hand.ln_factors, spread)
+        whole = grams.sum(axis=0) + by_hand.prior
+        part = whole[np.ix_(chosen, chosen)]
+        return float(minimum_of(part).value) + float(log_terms.sum())
+
+    best = min(deviance(spread) for spread in np.geomspace(SPREADS[0], SPREADS[-1], 600))
+    assert by_hand.least(kept) == pytest.approx(best, abs=0.01)
+
+
+def test_the_deviance_at_a_point_has_the_best_releases_and_factors_and_the_prior(by_hand):
+    grams, log_terms = eliminate_factor(by_hand.reduced, by_hand.ln_factors, 0.02)
+    prior = (0.1 / 0.15) ** 2
+    expected = grams[:, -1, -1].sum() + log_terms.sum() + prior
+    assert by_hand.deviance() == pytest.approx(expected)
+    total = grams.sum(axis=0)
+    total[1, 1] += 0.15**-2
+    total[1, 3] -= 0.1 / 0.15**2
+    total[3, 1] -= 0.1 / 0.15**2
+    total[3, 3] += prior
+    assert by_hand.total() == pytest.approx(total)
+    assert by_hand.minimum().step == pytest.approx(np.linalg.solve(total[:3, :3], total[:3, 3]))
+    other, _ = by_hand.each(0.3)
+    assert other == pytest.approx(eliminate_factor(by_hand.reduced, by_hand.ln_factors, 0.3)[0])
+
+
+def test_the_best_release_after_a_change_is_that_of_least_squares(rng):
+    columns = rng.normal(size=(2, 20, 6 + 1 + 3 + 1))
+    grams = np.einsum("kni,knj->kij", columns, columns)
+    changes = rng.normal(size=(5, 2, 4))
+    found = release_steps(grams, changes)
+    assert found.shape == (5, 2, 6)
+    for n in range(5):
+        for k, block in enumerate(columns):
+            left = block[:, -1] - block[:, 6:-1] @ changes[n, k]
+            weak = np.vstack([block[:, :6], np.diag(1.0 / RELEASE_SIGMA)])
+            expected = np.linalg.lstsq(weak, np.append(left, np.zeros(6)))[0]
+            assert found[n, k] == pytest.approx(expected)
+
+
+def test_gates_leave_the_place_across_the_sheet_as_it_is():
+    gates: Any = SimpleNamespace()
+    session = plain_session(throws=2, rows=3, gates=gates)
+    ice: Any = SimpleNamespace()
+    columns = [np.zeros((3, 3, 10)) for _ in range(2)]
+    linear = Linearisation.of(
+        session, WHITE, Model(ice=ice), session.first_states, np.zeros(2), columns
+    )
+    frozen = np.einsum("kii->ki", linear.grams) > 1e12
+    # x and its velocity; the heading too, which no gate sees.
+    assert frozen.tolist() == [[k in (0, 2, 4) for k in range(10)]] * 2

@@ -12,7 +12,11 @@ from friction_estimation.discovery import (
     whiten_throw,
     without_outliers,
 )
-from friction_estimation.discovery.model.whitening import restricted_square
+from friction_estimation.discovery.model import noise as noises
+from friction_estimation.discovery.model.noise import Series, _rough_size, most_likely_noise
+from friction_estimation.discovery.model.whitening import restricted_square, whiten_series
+
+from ..conftest import plain_session
 
 
 def coloured(t, sigma, memory, rng):
@@ -135,3 +139,130 @@ def test_few_rows_of_a_film_err_by_what_they_claim(make_session, rng):
     assert session.smoothed
     noise = estimate_noise(session, rng.normal(0, 1e-3, (len(session.times), 3)))
     assert (noise.total >= (0.05, 0.05, 0.1)).all()
+
+
+# --- the likelihood of a noise -------------------------------------------------------------------
+
+
+def a_series(rng, *, white, slow, memory, rows=400):
+    t = 0.05 * np.arange(rows)
+    values = coloured(t, slow, memory, rng) + rng.normal(0.0, white, rows)
+    sigma = np.where(np.arange(rows) % 3 == 0, 2.0, 0.5)
+    return Series(t, sigma, np.column_stack([np.ones(rows), t, sigma * values]))
+
+
+def restricted_deviance(series, white, slow, memory):
+    """−2 ln of the density of what columns leave open, with the covariance written out."""
+    t, sigma, columns = series
+    covariance = slow**2 * np.exp(-np.abs(t[:, None] - t) / memory) + white**2 * np.eye(len(t))
+    covariance *= np.outer(sigma, sigma)
+    whole = columns.T @ np.linalg.solve(covariance, columns)
+    inner, cross = whole[:-1, :-1], whole[:-1, -1]
+    left = whole[-1, -1] - cross @ np.linalg.solve(inner, cross)
+    return left + np.linalg.slogdet(inner)[1] + np.linalg.slogdet(covariance)[1]
+
+
+def test_no_noise_nearby_is_clearly_more_likely(rng):
+    series = a_series(rng, white=0.002, slow=0.003, memory=0.3, rows=250)
+    found = most_likely_noise([series], 0.004, memory=(0.05, 0.7))
+    least = restricted_deviance(series, *found)
+    for k in range(3):
+        for factor in (0.6, 0.8, 1.25, 1.6):
+            other = list(found)
+            other[k] *= factor
+            if k < 2 or 0.05 <= other[2] <= 0.7:
+                assert restricted_deviance(series, *other) > least - 0.5
+    assert restricted_deviance(series, 0.002, 0.003, 0.3) > least - 0.5
+    # From near there fewer steps lead to the same.
+    again = most_likely_noise([series], 1.0, memory=(0.05, 0.7), before=(0.0025, 0.0025, 0.35))
+    assert restricted_deviance(series, *again) < least + 1.0
+    both = most_likely_noise([series, series], 0.004, memory=(0.05, 0.7))
+    assert 2 * restricted_deviance(series, *both) < 2 * least + 1.0
+
+
+def test_noise_without_a_memory_has_none(rng):
+    found = [
+        most_likely_noise(
+            [a_series(rng, white=0.003, slow=0.0, memory=0.3)], 0.01, memory=(0.05, 0.7)
+        )
+        for _ in range(3)
+    ]
+    for white, slow, _ in found:
+        assert np.hypot(white, slow) == pytest.approx(0.003, rel=0.15)
+        assert slow == 0.0 or slow > 0.05 * white
+    slow_alone = a_series(rng, white=0.0, slow=0.003, memory=0.3)
+    white, slow, memory = most_likely_noise([slow_alone], 0.01, memory=(0.05, 0.7))
+    assert white < 0.3 * slow
+    assert 0.1 < memory <= 0.7
+
+
+def test_a_rough_size_is_of_the_fast_part_or_else_of_what_columns_leave():
+    fast = np.array([[0.1, np.nan], [-0.3, np.nan], [0.2, np.nan]])
+    assert _rough_size(fast, []) == pytest.approx(1.4826 * 0.2)
+    rng = np.random.default_rng(2)
+    series = [a_series(rng, white=w, slow=0.0, memory=0.1) for w in (0.01, 0.02, 0.04)]
+    sizes = []
+    for _, _, columns in series:
+        rest = columns[:, 2] - columns[:, :2] @ np.linalg.lstsq(columns[:, :2], columns[:, 2])[0]
+        sizes.append(np.sqrt(rest @ rest / (len(rest) - 2)))
+    assert _rough_size(np.full((3, 1), np.nan), series) == pytest.approx(np.median(sizes))
+
+
+def test_lost_rows_are_bridged_and_count_nothing(rng):
+    """Also the first ones, before the filter has begun."""
+    t, sigma = 0.1 * np.arange(20), np.full(20, 1.5)
+    columns = rng.normal(size=(20, 2))
+    columns[[0, 7, 8, 19], 1] = np.nan
+    seen = np.isfinite(columns[:, 1])
+    whole, part = columns.copy(), np.ascontiguousarray(columns[seen])
+    value = whiten_series(whole, t, sigma, 0.3, 0.7, 0.4, np.empty(2))
+    alone = whiten_series(part, t[seen], sigma[seen], 0.3, 0.7, 0.4, np.empty(2))
+    assert value == pytest.approx(alone)
+    assert whole[seen] == pytest.approx(part)
+    assert not whole[~seen].any()
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Throws and channels of which a noise was asked for, which is then their number."""
+    calls = []
+
+    def channel(session, residuals, chosen, channels, before, slow):
+        calls.append((chosen.tolist(), channels, before, slow))
+        return tuple(float(10 * k + channels[0]) for k in (1, 2, 3))
+
+    monkeypatch.setattr(noises, "_estimate_channel", channel)
+    return calls
+
+
+def test_raw_tracks_err_alike_in_both_coordinates_and_films_do_not(asked):
+    raw = plain_session(throws=3)
+    residuals = np.zeros((len(raw.times), 3))
+    found = estimate_noise(raw, residuals)
+    assert [call[1] for call in asked] == [(0, 1), (2,)]
+    assert found.white == (10.0, 10.0, 12.0)
+    assert found.fading == (20.0, 20.0, 22.0)
+    assert found.memory == (30.0, 30.0, 32.0)
+    asked.clear()
+    film = plain_session(throws=3, claimed=0.01)
+    assert estimate_noise(film, residuals).white == (10.0, 11.0, 12.0)
+    assert [call[1] for call in asked] == [(0,), (1,), (2,)]
+    assert all(slow for *_, slow in asked)
+
+
+def test_a_noise_is_estimated_from_throws_spread_over_the_session(asked):
+    session = plain_session(throws=31, rows=2)
+    residuals = np.zeros((62, 3))
+    estimate_noise(session, residuals, throws=4)
+    assert asked[0][0] == [0, 10, 20, 30]
+    assert asked[0][2:] == (None, False)
+    estimate_noise(session.only([0, 1, 2]), residuals[:6], throws=4)
+    assert asked[-1][0] == [0, 1, 2]
+    short = SessionNoise(white=(1.0, 2.0, 3.0), fading=(4.0, 5.0, 6.0), memory=(0.7, 0.3, 9.0))
+    estimate_noise(session, residuals, start=short)
+    assert asked[-2][2:] == ((1.0, 4.0, 0.7), False)
+    assert asked[-1][2:] == ((3.0, 6.0, 9.0), False)
+    estimate_noise(session, residuals, start=replace(short, memory=(0.71, 0.3, 0.1)))
+    assert asked[-1][3]  # noise that lasted for seconds before may do so again
+    estimate_noise(session, residuals, lasting=True)
+    assert asked[-1][3]

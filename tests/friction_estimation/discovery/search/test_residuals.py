@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from friction_estimation.discovery import SessionNoise, base_model, fit, misfit_of, open_session
-from friction_estimation.discovery.search.residuals import slow_columns
+from friction_estimation.discovery.search.residuals import Misfit, slow_columns
 from friction_estimation.discovery.tuning import SLOWEST_NOISE_PERIOD
 
 
@@ -54,3 +54,19 @@ def test_the_misfit_is_what_slow_shapes_take_from_the_residuals(make_session):
         assert -0.01 < explained - found.chi2[i] < 0.01 + 4.0 * lost
     assert found.throw_tolerance == 1.0
     assert found.tolerated == 1.25
+
+
+def test_slow_shapes_of_a_throw_of_twenty_seconds_are_twenty_cosines():
+    """Each is half a wave longer than the one before, down to two seconds."""
+    t = 3.0 + np.linspace(0.0, 20.0, 400)
+    assert slow_columns(t).shape[1] == 20
+    assert slow_columns(t)[:, -1] == pytest.approx(np.cos(2 * np.pi * (t - 3.0) / 2.0))
+    assert slow_columns(np.array([5.0, 5.0])) == pytest.approx(np.ones((2, 2)))
+
+
+def test_misfit_without_any_shape_is_that_of_one_degree_of_freedom():
+    misfit = Misfit(chi2=np.array([3.0]), dof=np.array([0.0]))
+    assert misfit.ratio == 3.0
+    assert misfit.chance == pytest.approx(np.sqrt(2.0))
+    assert misfit.z == pytest.approx(3.0 / np.sqrt(2.0))
+    assert misfit.surprise == pytest.approx([3.0 / np.sqrt(2.0)])

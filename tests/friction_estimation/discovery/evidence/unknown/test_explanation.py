@@ -10,6 +10,7 @@ import pytest
 
 from friction_estimation.discovery import (
     Combination,
+    Dependence,
     Following,
     base_model,
     candidates,
@@ -25,8 +26,12 @@ from friction_estimation.discovery import (
     standard_errors,
     try_term,
 )
+from friction_estimation.discovery.evidence.unknown import explanation
 from friction_estimation.discovery.evidence.unknown.explanation import (
+    _moves,
+    dependences,
     may_correct_pushes,
+    search,
     surviving,
 )
 from friction_estimation.discovery.search.selection import refine
@@ -142,3 +147,214 @@ def test_an_unknown_is_asked_for_no_further_where_a_map_explains_more(sliding, r
     mapped = try_term(base, find_map(base)[0]).fit
     assert explain(mapped, (), beyond_map=True) is None
     assert explain(mapped, ()) is not None
+
+
+# --- decisions on costs that are given -----------------------------------------------------------
+
+SPEED, SIDE = Following("speed", "left"), Following("spin side", "left")
+SPIN, EVEN = Following("spin", "turn"), Following("", "left")
+
+
+class Costs:
+    """Models near a fit: each term takes a part of a misfit of 1000 away."""
+
+    values = 100.0
+    optional = ("slope", "curl", "friction_map")
+    pushes = (SPEED, SIDE, SPIN, EVEN)
+
+    def __init__(self, parts, improvements=(5.0,) * 8, needed=16.0, dispersion=1.0):
+        self.parts, self.improvements, self.needed = parts, np.array(improvements), needed
+        self.at_least = dispersion
+
+    def minimum_cost(self, made):
+        return 1100.0 - sum(self.parts.get(term, 0.0) for term in [*made.effects, *made.pushes])
+
+    def value(self, made, dispersion):
+        count = len(made.effects) + len(made.pushes)
+        return self.minimum_cost(made) / dispersion + self.needed * count
+
+    def at_best(self, made, dispersion):
+        return self.value(made, dispersion), made
+
+    def dispersion(self, made):
+        return max(self.at_least, self.minimum_cost(made) / 1100.0)
+
+    def repeats(self, made):
+        return False
+
+    def scores(self, made, dispersion):
+        del dispersion
+        return -self.improvements * len(made.pushes)
+
+
+def test_a_variable_has_the_share_of_its_pushes_and_the_push_that_does_most():
+    turn = Following("spin", "along")
+    around: Any = Costs({SPEED: 100.0, SIDE: 400.0, SPIN: 300.0, turn: 50.0})
+    made = Combination().following(SPEED).following(SIDE).following(SPIN).following(turn)
+    spin, speed = dependences(around, made, 1.0)
+    assert (spin.variable, spin.push) == ("spin", "left")  # both by side and by size
+    assert spin.share == pytest.approx(0.75)
+    assert (speed.variable, speed.push) == ("speed", "left")
+    assert speed.share == pytest.approx(0.1)
+    assert spin.p < 1e-6
+    # The strongest alone explains more than is missing: no share is above one.
+    around = Costs({SIDE: 2000.0})
+    (only,) = dependences(around, Combination().following(SIDE), 1.0)
+    assert only.share == 1.0
+
+
+@pytest.mark.parametrize(("part", "found"), [(41.0, ["spin", "speed"]), (39.0, ["spin"])])
+def test_a_further_variable_has_a_tenth_of_the_first(part, found):
+    around: Any = Costs({SIDE: 400.0, SPEED: part})
+    made = Combination().following(SIDE).following(SPEED).following(EVEN)
+    assert [each.variable for each in dependences(around, made, 1.0)] == found
+
+
+@pytest.mark.parametrize(("improvements", "followed"), [((5.0, -4.0, 3.0, -2.0), False),
+                                                        ((5.0, 4.0, 3.0, 2.0), True)])  # fmt: skip
+def test_a_variable_is_followed_if_the_throws_agree(improvements, followed):
+    around: Any = Costs({SIDE: 400.0}, improvements)
+    assert bool(dependences(around, Combination().following(SIDE), 1.0)) == followed
+
+
+def test_whole_throws_follow_the_direction_and_no_place():
+    def followed(variable, share):
+        return Dependence(variable=variable, share=share, p=0.01, push="along").followed
+
+    assert followed("y", 0.0) == "direction"
+    assert followed("y", 0.2) == "y"
+    assert followed("speed", 0.0) == "speed"
+
+
+def test_a_search_changes_one_term_at_a_time():
+    around: Any = Costs({})
+    made = Combination(effects=frozenset(["slope"])).following(SPEED)
+    moves = _moves(around, made, held=False)
+    changed = [(set(m.effects), dict(m.pushes)) for m in moves]
+    assert changed[:3] == [
+        (set(), {SPEED: 1.0}),
+        ({"slope", "curl"}, {SPEED: 1.0}),
+        ({"slope"}, {}),
+    ]
+    further = [pushes for effects, pushes in changed[3:] if effects == {"slope"}]
+    assert len(further) == len(changed) - 3
+    assert further == [
+        {SPEED: 1.0, push: scale} for push in (SIDE, SPIN, EVEN) for scale in (0.3, 1.0)
+    ]
+    held = [(set(m.effects), dict(m.pushes)) for m in _moves(around, made, held=True)]
+    assert held == changed[2:]
+    three = made.following(SIDE).following(SPIN)
+    assert all(len(m.pushes) <= 3 for m in _moves(around, three, held=True))
+    assert len(_moves(around, three, held=True)) == 3
+    around.repeats = lambda m: SIDE in m.pushes
+    assert len(_moves(around, made, held=True)) == 5
+
+
+def test_a_search_takes_the_terms_that_pay_and_drops_the_others():
+    around: Any = Costs({"slope": 500.0, SIDE: 300.0, SPEED: 15.0, "curl": 16.5})
+    made, dispersion = search(around, ["curl", "slope"])
+    # Curl and speed would gain less than one beyond what they need.
+    assert made.effects == {"slope", "curl"}
+    assert list(made.pushes) == [SIDE]
+    assert dispersion == 1.0
+    around = Costs({"slope": 500.0, SIDE: 300.0, "curl": 10.0})
+    assert search(around, ["curl"])[0].effects == {"slope"}
+    kept, _ = search(around, ["curl"], held=True)
+    assert kept.effects == {"curl"}
+    assert list(kept.pushes) == [SIDE]
+    # Where noise is taken to be fifty times larger nothing of this pays.
+    noisy: Any = Costs({"slope": 500.0, SIDE: 300.0}, dispersion=50.0)
+    made, dispersion = search(noisy, [])
+    assert made == Combination()
+    assert dispersion == 50.0
+
+
+@pytest.mark.parametrize(("beside", "left"), [(249.0, set()), (251.0, {"slope"})])
+def test_an_effect_survives_if_half_of_its_gain_remains(beside, left):
+    """Beside a push of the same kind, with which the search began or not."""
+
+    class Beside(Costs):
+        pushes = (Following("speed", "along"), Following("speed", "along the sheet"))
+
+        def minimum_cost(self, made):
+            gain = 500.0 if len(made.pushes) < 2 else beside
+            return 1100.0 - gain * ("slope" in made.effects)
+
+    around: Any = Beside({})
+    made = Combination(effects=frozenset(["slope"])).following(Beside.pushes[0])
+    assert surviving(around, made, 1.0).effects == left
+
+
+@pytest.fixture
+def explained(monkeypatch):
+    """An explanation of a misfit, by costs around fits with given effects."""
+
+    def find(costs: Costs, *effects: str, kept=(), beyond_map=False):
+        rounds: list[list[str]] = []
+
+        def around(fitted, optional, others):
+            del others
+            rounds.append([term.label for term in fitted.model.terms])
+            costs.optional = (*optional, "curl")
+            return costs
+
+        def beside(_, made, __, ___, *, shaped):
+            assert shaped
+            labels = [*kept, *sorted(made.effects)]
+            return fit_of(*labels)
+
+        def fit_of(*labels) -> Any:
+            terms = tuple(SimpleNamespace(label=label) for label in labels)
+            return SimpleNamespace(session=None, model=SimpleNamespace(terms=terms))
+
+        monkeypatch.setattr(explanation, "nearby", around)
+        monkeypatch.setattr(explanation, "candidates", lambda *_: [])
+        monkeypatch.setattr(explanation, "_fit_beside", beside)
+        monkeypatch.setattr(explanation, "with_patches_relocated", lambda fitted: fitted)
+        found = explain(fit_of(*kept, *effects), kept, beyond_map=beyond_map)
+        if found is None:
+            return None, rounds
+        return ([term.label for term in found.fit.model.terms], found.pushes), rounds
+
+    return find
+
+
+def test_an_explanation_is_sought_again_until_its_effects_stay(explained):
+    costs = Costs({"curl": 300.0, SIDE: 400.0, "slope": 5.0})
+    found, rounds = explained(costs, "slope", kept=("air_drag",))
+    # Curl is taken in place of the slope, and what was given stays.
+    assert found == (["air_drag", "curl"], (SIDE,))
+    assert rounds == [["air_drag", "slope"], ["air_drag", "curl"]]
+
+
+def test_an_explanation_that_does_not_settle_ends_after_three_more_rounds(explained):
+    turns = iter(
+        [
+            {"slope": 300.0},
+            {"curl": 300.0},
+            {"slope": 300.0, "curl": 300.0},
+            {"drag": 300.0},
+            {"slope": 300.0},
+        ]
+    )
+
+    class Changing(Costs):
+        @property
+        def optional(self):
+            return ("slope", "curl", "drag")
+
+        @optional.setter
+        def optional(self, _):
+            self.parts = next(turns)
+
+    (labels, _), rounds = explained(Changing({}), "slope")
+    assert len(rounds) == 4
+    assert labels == ["drag"]
+
+
+@pytest.mark.parametrize(("gain", "explains"), [(517.0, True), (515.0, False)])
+def test_an_unknown_must_explain_more_than_a_map_by_what_an_effect_needs(explained, gain, explains):
+    """The map explains 500, and an effect needs 16."""
+    costs = Costs({"friction_map": 500.0, SIDE: gain})
+    assert (explained(costs, "friction_map", beyond_map=True)[0] is not None) == explains
+    assert explained(costs, "friction_map")[0] is not None

@@ -3,14 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from curling_env.physics import GRAVITY
-from friction_estimation.discovery import Combination, Following, candidates, fit, nearby, refit
+from curling_env.physics import GRAVITY, catalogue
+from curling_env.sheet import PAPER_SHEET
+from friction_estimation.discovery import (
+    CARD,
+    Combination,
+    Following,
+    Term,
+    candidates,
+    crossed_by,
+    field_along,
+    fit,
+    nearby,
+    neutral_values,
+    refit,
+)
+from friction_estimation.discovery.evidence.unknown.nearby import Nearby
+from friction_estimation.discovery.model.linearisation import Linearisation, eliminate_factor
+from friction_estimation.discovery.model.model import Model
 
-from ..conftest import effect
+from ...conftest import effect, plain_session
 
 WEAK = effect("slope", x=2e-5, y=1e-5)
 """Strength at which paths respond linearly."""
@@ -141,3 +159,158 @@ def test_pushes_are_no_further_effect(around):
     assert not around.repeats(beside("", "left"))
     assert not around.repeats(beside("", "across the sheet", "curl"))
     assert not around.repeats(at_spread(around, "slope", "curl"))
+
+
+# --- models of random columns, against least squares ---------------------------------------------
+
+STRONG, WEAK_PUSH = Following("speed", "left"), Following("t", "turn")
+SIZES = {STRONG: 0.004, WEAK_PUSH: 0.01}
+
+
+@pytest.fixture
+def by_hand(rng):
+    """A fit with a map and curl by random columns, and two pushes of two functions each."""
+    y = np.linspace(-8.0, 8.0, 40)
+    field = field_along(
+        PAPER_SHEET, crossed_by(PAPER_SHEET, [np.column_stack([0 * y, y])]), 9.0, np.inf
+    )
+    field = field.at(0.03 * rng.normal(size=len(field)))
+    card = catalogue()["curl"]
+    curl = Term(
+        card=card,
+        values=neutral_values(card, strength=0.02, speed_exponent=0.4),
+        free=("strength", "speed_exponent"),
+    )
+    ice: Any = SimpleNamespace(sheet=PAPER_SHEET)
+    model = Model(ice=ice, terms=(Term(card=CARD, map_field=field), curl), ln_coupling=0.05)
+    own = len(model.vector)
+    columns = rng.normal(size=(3, 60, 7 + own + 4 + 1))
+    columns[:, :, 7:9] *= 20.0
+    columns[:, :, 9 : 9 + len(field)] *= 40.0
+    columns[:, :, 7 + own : 7 + own + 4] *= 100.0
+    grams = np.einsum("kni,knj->kij", columns, columns)
+    linear = Linearisation(model=model, ln_factors=0.01 * rng.normal(size=3), grams=grams)
+    fitted: Any = SimpleNamespace(session=plain_session(throws=3), model=model)
+    paths: Any = None
+    return Nearby(
+        fitted=fitted, model=model, paths=paths, functions={}, linear=linear,
+        optional=(CARD.name, "curl"),
+        pushes={STRONG: own + np.arange(2), WEAK_PUSH: own + 2 + np.arange(2)},
+    )  # fmt: skip
+
+
+def by_least_squares(around, made, dispersion):
+    """Least F of a combination, and the information on its parameters, written out."""
+    model, field = around.model, around.model.map_field
+    grams, log_terms = eliminate_factor(
+        around.linear.reduced, around.linear.ln_factors, made.spread
+    )
+    values, vectors = np.linalg.eigh(grams.sum(axis=0) / dispersion)
+    root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+    count, size = len(model.vector), root.shape[1] - 1
+    where = np.arange(count)[model.map_slice]
+    curl = np.arange(count - 2, count)
+    fixed = np.zeros(size)
+    free = [0, 1]
+    rows, right = [np.eye(size)[1] / 0.15], [-model.ln_coupling / 0.15]
+    if "curl" in made.effects:
+        free += curl.tolist()
+    else:
+        fixed[curl[0]] = -model.terms[1].values["strength"]  # its shape is no strength
+    if CARD.name in made.effects:
+        free += where.tolist()
+        rows += list(np.eye(size)[where] / field.amplitude)
+        right += (-field.values / field.amplitude).tolist()
+    else:
+        fixed[where] = -field.values
+    for push, scale in made.pushes.items():
+        free += around.pushes[push].tolist()
+        rows += list(np.eye(size)[around.pushes[push]] / (scale * SIZES[push]))
+        right += [0.0, 0.0]
+    matrix = np.vstack([root[:, :-1], *rows])
+    target = np.append(root[:, -1], right) - matrix @ fixed
+    best = matrix[:, free] @ np.linalg.lstsq(matrix[:, free], target)[0]
+    information = matrix[:, free].T @ matrix[:, free]
+    return float(((target - best) ** 2).sum()), information, free, float(log_terms.sum())
+
+
+@pytest.mark.parametrize("dispersion", [1.0, 4.0])
+@pytest.mark.parametrize("effects", [(), ("curl",), (CARD.name,), (CARD.name, "curl")])
+@pytest.mark.parametrize("pushes", [{}, {STRONG: 0.3}, {STRONG: 1.0, WEAK_PUSH: 0.1}])
+def test_a_combination_costs_what_least_squares_leave(by_hand, dispersion, effects, pushes):
+    made = Combination(effects=frozenset(effects), pushes=pushes, spread=0.02)
+    least, information, free, log_terms = by_least_squares(by_hand, made, dispersion)
+    assert by_hand.minimum_cost(made, dispersion) == pytest.approx(least)
+    # Maps and pushes are integrated over: the determinant of what is known of them beside others.
+    field = by_hand.model.map_field
+    sizes = [field.amplitude] * len(field) if CARD.name in effects else []
+    sizes += [scale * SIZES[push] for push, scale in pushes.items() for _ in range(2)]
+    integrated = 0.0
+    if sizes:
+        first = len(free) - len(sizes)
+        inner = np.linalg.inv(np.linalg.inv(information)[first:, first:])
+        integrated = np.linalg.slogdet(inner * np.outer(sizes, sizes))[1]
+    needed = 16.0 * (len(effects) + len(pushes)) + (4.0 if "curl" in effects else 0.0)
+    value = by_hand.value(made, dispersion)
+    assert value == pytest.approx(least + integrated + log_terms + needed)
+
+
+def test_terms_have_their_places_and_strengths(by_hand):
+    n = len(by_hand.model.map_field)
+    assert by_hand.size == len(by_hand.model.vector) + 4 + 1
+    assert by_hand.mapped == {CARD.name}
+    assert by_hand.always.tolist() == [0, 1]
+    assert by_hand.places[CARD.name].tolist() == list(range(2, 2 + n))
+    assert by_hand.places["curl"].tolist() == [2 + n, 3 + n]
+    places, off = by_hand.offsets["curl"]
+    assert places.tolist() == [2 + n]
+    assert off.tolist() == [0.02]
+    places, off = by_hand.offsets[CARD.name]
+    assert off == pytest.approx(by_hand.model.map_field.values)
+    assert by_hand.slow == 3 * sum(min(2 * 5.5 / 2.0, 12 // 6) for _ in range(3))
+
+
+def test_a_combination_is_changed_by_one_term_at_a_time():
+    made = Combination(effects=frozenset(["slope"])).following(STRONG, 0.3)
+    assert made.toggled("slope").effects == frozenset()
+    assert made.toggled("curl").effects == {"slope", "curl"}
+    assert made.following(WEAK_PUSH).pushes == {STRONG: 0.3, WEAK_PUSH: 1.0}
+    assert made.following(STRONG).pushes == {STRONG: 1.0}
+    assert made.following(WEAK_PUSH).without(STRONG).pushes == {WEAK_PUSH: 1.0}
+    assert made.pushes == {STRONG: 0.3}
+
+
+def test_pushes_are_some_per_cent_of_friction_beforehand(by_hand):
+    """Of 0.009: as a share along, as an acceleration to the side, and of the spin by the torque."""
+    usual = {"along": 1.0, "left": 0.009 * GRAVITY, "turn": 0.2, "along the sheet": 1.0,
+             "across the sheet": 0.009 * GRAVITY}  # fmt: skip
+    for push, friction in usual.items():
+        following = Following("speed", push)
+        around = replace(by_hand, pushes={following: by_hand.pushes[STRONG]})
+        sizes = around.quadratic(Combination().following(following)).sizes
+        assert len(sizes) == 2
+        assert ((sizes > 0.02 * friction) & (sizes < 0.07 * friction)).all()
+
+
+def test_the_dispersion_is_what_is_left_over_its_slow_shapes(by_hand):
+    """At least one: what fits better than noise may do so by chance."""
+    made = Combination(effects=frozenset(["curl"]))
+    assert by_hand.values == 3 * 3 * 12
+    left = by_hand.minimum_cost(made) - 108.0
+    assert left > by_hand.slow
+    assert by_hand.dispersion(made) == pytest.approx(1.0 + left / by_hand.slow)
+    calm = replace(by_hand)
+    calm.__dict__["values"] = by_hand.minimum_cost(made) + 1.0
+    assert calm.dispersion(made) == 1.0
+
+
+def test_the_best_of_a_combination_is_no_worse_than_any_spread_or_scale(by_hand):
+    made = Combination(effects=frozenset(["curl"])).following(STRONG)
+    value, best = by_hand.at_best(made, 1.0)
+    assert value == by_hand.value(best, 1.0)
+    assert set(best.pushes) == {STRONG}
+    assert best.effects == made.effects
+    for scale in (0.1, 0.3, 1.0, 3.0):
+        for spread in (0.002, 0.005, 0.02, 0.1):
+            other = replace(made.following(STRONG, scale), spread=spread)
+            assert by_hand.value(other, 1.0) > value - 1.5  # between the tried ones it is flat

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,12 +13,17 @@ from curling_env.physics import GRAVITY
 from friction_estimation.discovery import MEASURED, candidates, predict
 from friction_estimation.discovery.evidence.unknown.pushes import (
     PUSHES,
+    directions,
     pushes_over_time,
     response_to,
     responses,
     variables,
+    ways,
 )
+from friction_estimation.discovery.model.response import Instants
 from friction_estimation.discovery.model.sensitivity import linearised_paths
+
+from ...conftest import plain_session
 
 
 @pytest.fixture
@@ -134,3 +141,54 @@ def test_the_pushes_of_some_throws_are_those_that_they_had(paths_of):
     before = predict(fitted.model, fitted.session, fitted.states, fitted.ln_factors)
     moving = np.hypot(there[:, 2], there[:, 3]) > 0.1
     assert moved[moving, :2] == pytest.approx((there - before)[moving, :2], rel=0.05, abs=2e-6)
+
+
+def given_paths(rows: int = 3, spacing: float = 1.0, **columns: Any) -> Any:
+    """Two throws, the second of which comes back, at three instants each."""
+    path = np.zeros((6, 6))
+    path[:, 2:4] = [[0.6, 0.8], [0.3, 0.4], [0.0, 0.0], [0.0, -2.0], [-1.0, 0.0], [0.0, 0.5]]
+    instants = Instants(np.tile([0.0, 1.0, 2.0], 2), np.array([0, 3, 6]))
+    friction = np.arange(18.0).reshape(6, 3)
+    session = plain_session(throws=2, rows=rows, spacing=spacing, **columns)
+    return SimpleNamespace(path=path, instants=instants, friction=friction, session=session)
+
+
+def test_pushes_act_along_beside_and_across_the_travel():
+    paths = given_paths()
+    assert ways(paths).tolist() == [1.0, 1.0, 1.0, -1.0, -1.0, -1.0]  # of whole throws
+    found = directions(paths)
+    assert list(found) == list(PUSHES)
+    assert found["along"] is paths.friction
+    assert found["along the sheet"][:3] == pytest.approx(paths.friction[:3])
+    assert found["along the sheet"][3:] == pytest.approx(-paths.friction[3:])
+    left = [[-0.8, 0.6], [-0.8, 0.6], [0.0, 0.0], [1.0, 0.0], [0.0, -1.0], [-1.0, 0.0]]
+    assert found["left"][:, :2] == pytest.approx(np.array(left))
+    assert not found["left"][:, 2].any()
+    assert found["turn"].tolist() == [[0.0, 0.0, 1.0]] * 6
+    assert found["across the sheet"].tolist() == [[1.0, 0.0, 0.0]] * 6
+
+
+def test_variables_of_a_session_are_scaled_and_those_it_lacks_are_dropped():
+    swept = np.array([0.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    paths = given_paths(swept=swept, stones=np.array([4, 7]))
+    paths.path[:, 1], paths.path[:, 5] = np.arange(6), [1.0, 1.0, 0.05, -2.0, -2.0, 0.0]
+    found = variables(paths)
+    assert found["order"][:, 0].tolist() == [-1.0] * 3 + [1.0] * 3
+    assert found["clock"][:, 0].tolist() == [-1.0] * 3 + [1.0] * 3
+    assert found["stone"].tolist() == [[1.0]] * 3 + [[0.0]] * 3  # the last is the others' opposite
+    assert found["swept"][:, 0].tolist() == swept.tolist()
+    assert found["y"].shape == (6, 21)
+    assert found["y"] @ np.arange(21) == pytest.approx(4.0 * np.arange(6))
+    assert found["t"].shape == (6, 5)
+    assert found["t"] @ np.arange(5) == pytest.approx([0.0, 2.0, 4.0] * 2)
+    assert "x" not in found  # all ran on one line
+    assert not {"theta", "spin", "spin side"} & set(found)  # three rows show no heading
+    turning = given_paths(rows=21, spacing=0.1)
+    turning.path[:, 5] = paths.path[:, 5]
+    side = variables(turning)["spin side"]
+    assert side[:, 0] == pytest.approx(np.tanh(10.0 * paths.path[:, 5]))
+    assert side[:, 1] == pytest.approx(paths.path[:, 5])
+    timed = given_paths(gates=SimpleNamespace())
+    timed.path[:, 0] = np.arange(6)
+    assert "x" not in variables(timed)
+    assert "stone" not in variables(timed)
