@@ -47,6 +47,11 @@ AREAS = {
         "friction_estimation/discovery/search/*.py",
         "friction_estimation/discovery/evidence/**/*.py",
     ],
+    "reports": [
+        "friction_estimation/comparison/*.py",
+        "friction_estimation/design/*.py",
+        "friction_estimation/reports/*.py",
+    ],
 }
 """Patterns of the modules of each area."""
 TESTS = ("tests/curling_env", "tests/friction_estimation")
