@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import subprocess
 import sys
@@ -22,6 +21,7 @@ from website.examples import examples
 from agents.commands.page_benchmarks import page_measures
 from curling_env.benchmarks.measures import import_time
 from measures import coaching
+from measures.mutants import noticed
 
 MEASURES = (
     *("latency", "causes", "athletes", "stones"),
@@ -114,10 +114,7 @@ def tests_run(folder: str) -> float:
 
 def faults_noticed() -> dict[str, float]:
     """Measure the share of small faults in the code that the tests notice [%], by area."""
-    with TemporaryDirectory() as out:
-        words = ["make", "-s", "mutants", "JOBS=2", f"MUTANTS=-n {MUTANTS} --out {out}"]
-        done = subprocess.run(words, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True)
-    return json.loads(done.stdout.splitlines()[-1])
+    return noticed(f"-n {MUTANTS}")
 
 
 def site() -> dict[str, float]:

@@ -22,11 +22,12 @@ from friction_estimation import discover, estimate_ice
 from friction_estimation.design.cramer_rao import uniform_bound
 from friction_estimation.discovery.report import document
 from measures.coverage import rest_errors
+from measures.mutants import noticed
 from measures.pitches import FPS, NOISE, SPEED, errors_of_table, pitch
 
 MEASURES = (
     *("paper", "uniform", "maps", "sessions", "all_sessions"),
-    *("independent", "rests", "filmed", "demo"),
+    *("independent", "rests", "filmed", "demo", "faults_noticed"),
 )
 TRACKS = ROOT / "runs" / "independent" / "tracks"
 FILMED = ROOT / "runs" / "figures" / "film_sessions"
@@ -139,6 +140,13 @@ def independent() -> dict[str, float]:
         named = {effect["name"] for effect in document(discover(read_tracks(file)))["effects"]}
         exact.append(named == hidden)
     return {"exact": _percent(exact)}
+
+
+def faults_noticed() -> dict[str, float]:
+    """Share of small faults in the code of inference that its tests notice [%], by area."""
+    parts = ("discovery", "estimation", "comparison", "design", "reports")
+    tests = " ".join(f"tests/friction_estimation/{part}" for part in parts)
+    return noticed(f"-n 96 --seed 3 --areas estimation discovery reports --tests {tests}")
 
 
 # --- from the ice to draws, and from films -------------------------------------------------------
