@@ -56,45 +56,49 @@ def test_interval_holds_the_truth(sliding, rng):
     for _ in range(12):
         mu = rng.uniform(0.007, 0.012)
         tracks = sliding.measured_throws(
-            sliding.uniform(mu), sliding.varied_starts(rng, 2), rng, noise=0.008
+            sliding.uniform(mu), sliding.varied_starts(rng, 2), rng, noise=0.008, fps=15
         )
         low, high = friction_alone(tracks, uniform=True).interval
         inside += low < mu < high
     assert inside >= 10
 
 
-def test_scatter_between_throws_widens_the_interval(sliding, rng):
+@pytest.fixture(scope="module")
+def scattering(sliding) -> SimpleNamespace:
+    """Ten throws whose friction scatters by a hundredth, and the same throws without scatter."""
+    rng = np.random.default_rng(20261121)
     starts = sliding.varied_starts(rng, 10)
     factor = np.exp(rng.normal(0, 0.01, 10))
-    even = friction_alone(
-        sliding.measured_throws(sliding.uniform(0.009), starts, rng), uniform=True
+    even, scattered = (
+        sliding.measured_throws(sliding.uniform(0.009), starts, rng, fps=15, factor=own)
+        for own in (None, factor)
     )
-    scattered = friction_alone(
-        sliding.measured_throws(sliding.uniform(0.009), starts, rng, factor=factor), uniform=True
-    )
+    return SimpleNamespace(even=even, scattered=scattered)
+
+
+def test_scatter_between_throws_widens_the_interval(scattering):
+    even = friction_alone(scattering.even, uniform=True)
+    scattered = friction_alone(scattering.scattered, uniform=True)
     assert even.scatter < 0.0015
     assert 0.005 < scattered.scatter < 0.02
     assert scattered.sigma > 5 * even.sigma
     assert abs(scattered.mu - 0.009) < 3 * scattered.sigma
 
 
-def test_a_map_finds_the_scatter_between_throws_too(sliding, rng):
-    starts = sliding.varied_starts(rng, 10)
-    factor = np.exp(rng.normal(0, 0.01, 10))
-    measured = sliding.measured_throws(sliding.uniform(0.009), starts, rng, factor=factor)
-    assert 0.004 < friction_alone(measured).scatter < 0.02
+def test_a_map_finds_the_scatter_between_throws_too(scattering):
+    assert 0.004 < friction_alone(scattering.scattered).scatter < 0.02
 
 
 def test_curl_that_no_model_knows_does_not_bias_friction(sliding, rng):
     starts = sliding.varied_starts(rng, 6)
-    tracks = sliding.measured_throws(sliding.uniform(0.009), starts, rng, curl=0.009)
+    tracks = sliding.measured_throws(sliding.uniform(0.009), starts, rng, curl=0.009, fps=15)
     found = friction_alone(tracks, uniform=True)
     assert abs(found.mu / 0.009 - 1) < 5e-4
 
 
 def test_effects_of_the_start_stay_in_the_law(sliding, rng):
     starts = sliding.varied_starts(rng, 6, spin=0.0)
-    tracks = sliding.measured_throws(sliding.uniform(0.008), starts, rng, exponent=0.3)
+    tracks = sliding.measured_throws(sliding.uniform(0.008), starts, rng, exponent=0.3, fps=15)
     law = ActiveEffect(name="speed_dependent_friction", parameters={"exponent": 0.3})
     found = friction_alone(tracks, start=Ice.uniform(0.01, effects=(law,)), uniform=True)
     ignorant = friction_alone(tracks, uniform=True)
@@ -266,7 +270,8 @@ def test_the_papers_method_is_there_and_worse(mapped):
 
 
 def test_uniform_ice_is_found_even(sliding, rng):
-    tracks = sliding.measured_throws(sliding.uniform(0.009), sliding.varied_starts(rng, 8), rng)
+    starts = sliding.varied_starts(rng, 8)
+    tracks = sliding.measured_throws(sliding.uniform(0.009), starts, rng, fps=15)
     friction = friction_alone(tracks).ice.friction
     assert np.abs(friction.mu[friction.observed] / 0.009 - 1).max() < 0.01
 
