@@ -18,7 +18,7 @@ from agents.benchmark.rows import read_row, shortcomings
 @pytest.fixture
 def small(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for name, value in (("EPISODES", 3), ("SEEDS", 2), ("CHUNKS", 1)):
+    for name, value in (("EPISODES", 3), ("SEEDS", 2), ("CHUNKS", 1), ("CLONING_STEPS", 50)):
         monkeypatch.setattr(baselines, name, value)
     monkeypatch.setattr(baselines, "DELIVERIES", {"learned": 64, "planner": 2})
     return tmp_path
