@@ -122,7 +122,7 @@ def test_sigma_of_cells_is_true_where_all_throws_have_one_speed(sliding):
 
 @pytest.mark.parametrize(
     ("seed", "kind", "fps"),
-    [(32, "coloured", 30), (33, "rough", 30), (35, "follows the speed", 15)],
+    [(32, "coloured", 30), (33, "rough", 15), (35, "follows the speed", 15)],
 )
 def test_without_a_ripple_none_is_found(sliding, seed, kind, fps):
     rng = np.random.default_rng(seed)
