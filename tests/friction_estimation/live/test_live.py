@@ -372,10 +372,10 @@ def test_two_throws_of_a_stream_become_two_tracks_and_a_page(curling, session, t
 
 @pytest.mark.slow
 def test_films_without_a_thrown_stone_are_skipped_with_a_warning(tmp_path):
-    renderer = FilmRenderer(FilmSpec(camera="gantry", people=False, size=(320, 180)))
+    renderer = FilmRenderer(FilmSpec(camera=home_half((320, 180)), people=False))
     empty = np.asarray(renderer.still, dtype=np.uint8)
     dark = empty.copy()
-    dark[80:110, 100:200] = 0
+    dark[35:65, 40:140] = 0
     one = [
         *[empty] * 30,
         *[empty, dark] * 15,
