@@ -158,7 +158,8 @@ def test_throws_of_one_speed_and_direction_cannot_show_a_bias(curling, sliding, 
     rng = np.random.default_rng(41)
     field = sliding.random_field(rng, mu=0.0095, spread=0.06, length=3.0)
     starts = one_way(sliding, rng, 8, speed=2.1)
-    tracks = with_camera_bias(sliding.measured_throws(field, starts, rng), 0.005, 6.0, 1.0)
+    true = sliding.measured_throws(field, starts, rng, fps=15)
+    tracks = with_camera_bias(true, 0.005, 6.0, 1.0)
     write_tracks(tmp_path / "tracks.csv", tracks)
     run = curling(
         "estimate", tmp_path / "tracks.csv", "-o", tmp_path / "ice.json", "--effects", "none"
