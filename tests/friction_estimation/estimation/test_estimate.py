@@ -199,7 +199,7 @@ def mapped(sliding) -> list[SimpleNamespace]:
         spread, length = rng.uniform(0.05, 0.08), rng.uniform(2.0, 4.0)
         field = sliding.random_field(rng, mu=0.0095, spread=spread, length=length, rough=rough)
         starts = sliding.varied_starts(rng, 24)
-        tracks = sliding.measured_throws(field, starts, rng, curl=0.0065, fps=15)
+        tracks = sliding.measured_throws(field, starts, rng, curl=0.0065, fps=8)
         out.append(
             SimpleNamespace(
                 found=friction_alone(tracks),
@@ -227,7 +227,7 @@ def test_map_reaches_the_bayesian_bound(mapped):
     for case in mapped:
         releases = [Release(x=s[0], y=s[1], vx=s[2], vy=s[3]) for s in case.starts]
         bound = cell_bound(
-            releases, mu=0.0095, noise=0.005, fps=15, spread=case.spread, length=case.length,
+            releases, mu=0.0095, noise=0.005, fps=8, spread=case.spread, length=case.length,
             smoothness=case.smoothness,
         )  # fmt: skip
         friction = case.found.ice.friction
