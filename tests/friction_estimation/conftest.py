@@ -121,15 +121,15 @@ def measured_throws(
     ticks = 0
     while moving.any() and ticks * step < 90:
         k1, speed = rates(state)
-        slowing = 1.5 * step * np.hypot(k1[2], k1[3]) + 1e-4
+        limit = 1.5 * step * np.hypot(k1[2], k1[3]) + 1e-4
         # One step from frame to frame, and two where a stone may stop or pass the end.
-        if ticks % 2 == 0 and (speed > 4 * slowing)[moving].all():
+        if ticks % 2 == 0 and (speed > 4 * limit)[moving].all():
             after = np.where(moving, advanced(state, k1, 2 * step), state)
             if (np.abs(after[1, moving]) <= until).all():
                 state, ticks = after, ticks + 2
                 frames.append(state.T)
                 continue
-        stops = moving & (speed < slowing)
+        stops = moving & (speed < limit)
         state = np.where(moving & ~stops, advanced(state, k1, step), state)
         ticks += 1
         moving &= ~stops & (np.abs(state[1]) <= until)

@@ -98,7 +98,7 @@ def learnt(crops, moved=0.0):
 
 @pytest.fixture(scope="module")
 def learnt_small(small_stone):
-    """What is learnt from the crops of the small stone; see `learnt`."""
+    """Crops of the small stone with the poses learnt from them, and the look; see `learnt`."""
     return learnt(small_stone[0])
 
 
