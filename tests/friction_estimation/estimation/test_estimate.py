@@ -56,7 +56,7 @@ def test_interval_holds_the_truth(sliding, rng):
     for _ in range(12):
         mu = rng.uniform(0.007, 0.012)
         tracks = sliding.measured_throws(
-            sliding.uniform(mu), sliding.varied_starts(rng, 2), rng, noise=0.008, fps=15
+            sliding.uniform(mu), sliding.varied_starts(rng, 2), rng, noise=0.008, fps=8
         )
         low, high = friction_alone(tracks, uniform=True).interval
         inside += low < mu < high
@@ -158,7 +158,7 @@ def test_even_ice_is_found_even_on_film(sliding, as_filmed):
     for seed in range(6):
         rng = np.random.default_rng([61, seed])
         starts = sliding.varied_starts(rng, 2)
-        tracks = sliding.measured_throws(sliding.uniform(0.009), starts, rng, noise=1e-5, fps=15)
+        tracks = sliding.measured_throws(sliding.uniform(0.009), starts, rng, noise=1e-5, fps=8)
         friction = friction_alone(as_filmed(tracks, seed), camera_bias="off").ice.friction
         off = (friction.mu - 0.009)[friction.observed]
         left.append(np.sqrt(np.mean(off**2)) / 0.009)
@@ -173,7 +173,7 @@ def test_rows_that_are_reported_to_err_more_count_less(sliding, rng):
     for seed in range(10):
         rng = np.random.default_rng([62, seed])
         tracks = sliding.measured_throws(
-            sliding.uniform(0.009), sliding.varied_starts(rng, 1), rng, noise=1e-5, fps=15
+            sliding.uniform(0.009), sliding.varied_starts(rng, 1), rng, noise=1e-5, fps=8
         )
         size = [np.where(k.xy[:, 1] > 0, 0.012, 0.002) for k in tracks]
         off = [rng.normal(0, 1, k.xy.shape) * s[:, None] for k, s in zip(tracks, size, strict=True)]
