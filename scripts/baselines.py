@@ -54,6 +54,8 @@ CHUNKS = 10
 """Number of files in which they are recorded."""
 POINTS = 60
 """Number of points of a curve."""
+CLONING_STEPS = 2000
+"""Minimum number of steps of behaviour cloning."""
 STONES = re.compile(r"^target|stone \d")
 """Names of the observed numbers that show a stone or the target."""
 NEVER = -1000.0
@@ -431,7 +433,7 @@ def clone(model: Any, job: Job) -> int:
     policy, batch = model.policy, 256
     optimiser = torch.optim.Adam(policy.parameters(), lr=1e-3)
     seen, done = (torch.as_tensor(given[name][some]) for name in ("observations", "actions"))
-    for _ in range(max(40 * len(seen) // batch, 2000)):
+    for _ in range(max(40 * len(seen) // batch, CLONING_STEPS)):
         rows = torch.randint(len(seen), (batch,))
         _, likelihood, _ = policy.evaluate_actions(seen[rows], done[rows])
         optimiser.zero_grad()

@@ -25,7 +25,7 @@ def films(tmp_path):
         (Throw(speed=1.6, angle=-0.01, spin=-1.0), Direction.HOME),
     ]
     paths = [slide(ice, throw.release(way), fps=60).trajectory for throw, way in throws]
-    spec = FilmSpec(camera="gantry", size=(800, 450), fps=8.0, people=False)
+    spec = FilmSpec(camera="gantry", size=(800, 450), fps=5.0, people=False)
     rendered = render_films(tmp_path / "films", paths, spec)
     for film, name in zip(rendered, ("first", "second"), strict=True):
         shutil.move(film, tmp_path / f"{name}.mp4")

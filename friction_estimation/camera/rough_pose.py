@@ -20,7 +20,7 @@ from scipy.optimize import differential_evolution
 from curling_env.sheet import HOG_LINE_WIDTH, HOG_LINE_Y, RING_RADII, TEE_Y
 from curling_env.typing import Floats, Singles
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.lens import Lens, distort
+from friction_estimation.camera.lens import Lens
 
 MARK_REACH = 0.35
 """Largest distance of a mark from its place [m]."""
@@ -93,8 +93,12 @@ class RoughSearch:
         curves += [across + np.array([0.0, HOG_LINE_WIDTH]), across]
         along = np.column_stack([np.zeros(41), np.linspace(HOG_LINE_Y + 0.2, TEE_Y - 2.0, 41)])
         curves += [along + np.array([s * EDGE_BLUR, 0.0]) for s in (-1, 1)]
-        self._ends = np.cumsum([len(c) for c in curves])[:-1]
+        lengths = [len(c) for c in curves]
         self._ice = marked.end * np.concatenate(curves)
+        # Curves are projected together; between two of them there is no edge.
+        owner = np.repeat(np.arange(len(curves)), lengths)
+        self._edges = np.flatnonzero(owner[1:] == owner[:-1])
+        self._ends = np.cumsum(np.subtract(lengths, 1))[:-1]
 
     def best(self, seed: int) -> Camera:
         """Return the best candidate of one search."""
@@ -154,14 +158,16 @@ class RoughSearch:
         """Negative agreement of candidates (9, n) with the edges, (n,)."""
         (focal, bend, stretch), rotation, translation = self._poses(x)
         local = self._ice @ rotation[:, :, :2].transpose(0, 2, 1) + translation[:, None]
+        first = (bend * (2 * focal / max(self._size)) ** 2)[:, None]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            flat = local[..., :2] / np.where(local[..., 2:] > 0, local[..., 2:], np.nan)
-            first = (bend * (2 * focal / max(self._size)) ** 2)[:, None]
-            flat = np.stack(distort(*np.moveaxis(flat, 2, 0), (first, first**2, 0, 0, 0)), axis=2)
-        focals = np.stack([focal, focal * np.exp(stretch)], axis=1)
-        px = flat * focals[:, None] + np.array(self._size) / 2
+            depth = np.where(local[..., 2] > 0, local[..., 2], np.nan)
+            u, v = (np.ascontiguousarray(local[..., k] / depth) for k in range(2))
+            square = u * u + v * v
+            radial = 1 + square * (first + square * first**2)
+        u = u * radial * focal[:, None] + self._size[0] / 2
+        v = v * radial * (focal * np.exp(stretch))[:, None] + self._size[1] / 2
         *rings, hog_above, hog_below, centre_left, centre_right = (
-            self._along(curve) for curve in np.split(px, self._ends, axis=1)
+            change.mean(axis=1) for change in np.split(self._changes(u, v), self._ends, axis=1)
         )
         total = np.abs(rings).sum(axis=0)
         # Lines are darker than the ice.
@@ -172,16 +178,30 @@ class RoughSearch:
             total -= (np.log(np.maximum(height, 1e-3) / self._height) / 0.1) ** 2
         return -total
 
-    def _along(self, px: Floats) -> Floats:
-        """Mean gradient of the picture to the right of curves (n, points, 2), -1 to 1 each."""
-        tangent = np.diff(px, axis=1)
-        middle = (px[:, 1:] + px[:, :-1]) / 2
-        length = np.linalg.norm(tangent, axis=2)
-        u, v = (np.ascontiguousarray(middle[..., k], dtype=np.float32) for k in (0, 1))
+    def _changes(self, u: Floats, v: Floats) -> Floats:
+        """Gradients of the picture to the right of all edges, (n, edges), -1 to 1 each.
+
+        Parameters
+        ----------
+        u, v : (n, points) pixels of the points of all curves
+        """
+        along_u, along_v = (np.take(np.diff(k, axis=1), self._edges, axis=1) for k in (u, v))
+        middle_u, middle_v = (
+            np.take((k[:, 1:] + k[:, :-1]) / 2, self._edges, axis=1).astype(np.float32)
+            for k in (u, v)
+        )
         du, dv = (
-            cv2.remap(s, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=0)
-            for s in self._slopes
+            cv2.remap(
+                slope,
+                middle_u,
+                middle_v,
+                cv2.INTER_LINEAR,
+                borderMode=cv2.BORDER_CONSTANT,
+                borderValue=0,
+            )
+            for slope in self._slopes
         )
         with np.errstate(divide="ignore", invalid="ignore"):
-            change = (du * -tangent[..., 1] + dv * tangent[..., 0]) / length
-        return np.nan_to_num(change).mean(axis=1)
+            length = np.sqrt(along_u * along_u + along_v * along_v)
+            change = (du * -along_v + dv * along_u) / length
+        return np.nan_to_num(change)

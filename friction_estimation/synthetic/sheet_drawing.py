@@ -8,8 +8,11 @@ its own footprint on the ice, so that lines much thinner than a pixel get the ri
 
 from __future__ import annotations
 
+import pickle
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import Any
 
 import cv2
 import numpy as np
@@ -165,7 +168,15 @@ def paint_sheet(
 
 def pebble_texture(rng: np.random.Generator) -> NDArray[np.float32]:
     """Return a periodic texture of unit variance, (1024, 1024) cells of side `PEBBLE_CELL`."""
-    size = 1024
+    texture, after = _texture_from(pickle.dumps(rng))
+    rng.bit_generator.state = after
+    return texture
+
+
+@lru_cache(maxsize=4)
+def _texture_from(pickled_rng: bytes) -> tuple[NDArray[np.float32], Mapping[str, Any]]:
+    """Return a texture and the generator's state after it; films of one seed share both."""
+    rng, size = pickle.loads(pickled_rng), 1024
     total = np.zeros((size, size), dtype=np.float32)
     for blur, share in ((0.9, 0.75), (5.0, 0.5), (40.0, 0.45)):
         margin = int(4 * blur) + 1
@@ -173,7 +184,9 @@ def pebble_texture(rng: np.random.Generator) -> NDArray[np.float32]:
         padded = np.pad(grain, margin, mode="wrap")
         smooth = cv2.GaussianBlur(padded, (0, 0), blur)[margin:-margin, margin:-margin]
         total += share * smooth / smooth.std()
-    return total / total.std()
+    texture = total / total.std()
+    texture.flags.writeable = False
+    return texture, rng.bit_generator.state
 
 
 def _lookup(texture: NDArray[np.float32], x: Floats, y: Floats) -> NDArray[np.float32]:

@@ -18,7 +18,7 @@ from agents.benchmark.rows import read_row, shortcomings
 @pytest.fixture
 def small(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for name, value in (("EPISODES", 3), ("SEEDS", 2), ("CHUNKS", 1)):
+    for name, value in (("EPISODES", 3), ("SEEDS", 2), ("CHUNKS", 1), ("CLONING_STEPS", 50)):
         monkeypatch.setattr(baselines, name, value)
     monkeypatch.setattr(baselines, "DELIVERIES", {"learned": 64, "planner": 2})
     return tmp_path
@@ -30,7 +30,7 @@ def small(tmp_path, monkeypatch):
 )
 def test_runs_are_resumed_and_saved_weights_score_as_measured(small, monkeypatch, name, task):
     monkeypatch.setattr(baselines, "ENDS", ["end-rulebased"])
-    baselines.run([name], [task], 0.02, "1")
+    baselines.run([name], [task], 0.005, "1")
     folder = baselines.FOLDER / name / task
     row = read_row(baselines.FOLDER / f"{name}.json")
     assert row.learnt
@@ -46,7 +46,7 @@ def test_runs_are_resumed_and_saved_weights_score_as_measured(small, monkeypatch
     (folder / "0" / "model.zip").write_bytes(b"not read: this training is measured")
     for name_of_file in ("values.json", "model.zip"):
         (folder / "1" / name_of_file).unlink()
-    baselines.run([name], [task], 0.02, "1")
+    baselines.run([name], [task], 0.005, "1")
     assert (folder / "0" / "values.json").stat().st_mtime_ns == done
     assert read_row(baselines.FOLDER / f"{name}.json").scores == row.scores
 

@@ -171,8 +171,9 @@ class Model:
         """Return the term of that label."""
         return next(t for t in self.terms if t.label == label)
 
-    @property
+    @cached_property
     def _ice_with_terms(self) -> Ice:
+        """The ice with the terms as its effects."""
         effects = tuple(term.effect() for term in self.terms if not term.map_field)
         return replace(self.ice, effects=effects)
 

@@ -203,10 +203,12 @@ def estimate_noise(
     slow = lasting or session.smoothed or (start is not None and start.lasts)
     chosen = np.unique(np.linspace(0, len(session) - 1, min(throws, len(session))).astype(int))
     together = ((0,), (1,), (2,)) if session.smoothed else ((0, 1), (2,))
+    fast = fast_part(session, residuals)
     found = {
         channels: _estimate_channel(
             session,
             residuals,
+            fast,
             chosen,
             channels,
             start
@@ -227,6 +229,7 @@ def estimate_noise(
 def _estimate_channel(
     session: Session,
     residuals: Floats,
+    fast: Floats,
     chosen: Indices,
     channels: tuple[int, ...],
     before: tuple[float, float, float] | None,
@@ -234,6 +237,10 @@ def _estimate_channel(
 ) -> tuple[float, float, float]:
     """Return white part, correlated part and correlation time of some of the channels x, y, theta
     together.
+
+    Parameters
+    ----------
+    fast : (rows, 3) the part of the residuals that is faster than any slide
     """
     least = LEAST_NOISE[channels[0] // 2]
     bounds = FILM_MEMORY_BOUNDS if slow else MEMORY_BOUNDS
@@ -244,7 +251,7 @@ def _estimate_channel(
         # time of films.
         claimed = session.claimed_turn if channels == (2,) else session.claimed
         return least, claimed, bounds[1]
-    size = max(_rough_size(fast_part(session, residuals)[:, list(channels)], series), least)
+    size = max(_rough_size(fast[:, list(channels)], series), least)
     white, fading, memory = most_likely_noise(series, size, memory=bounds, before=before)
     if fading < lasting_turn:
         # The slow part was projected out, and with it most of the error of a heading.

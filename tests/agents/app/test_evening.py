@@ -99,7 +99,7 @@ def filmed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, np.ndar
     release = Throw(speed=1.2, angle=0.02, spin=1.2).release(Direction.AWAY)
     path = slide(ice, release, bounds=play_bounds(ice, release.direction), fps=60.0).trajectory
     spec = FilmSpec(
-        camera="gantry", size=(640, 360), fps=8.0, people=False, noise=1.0, lead_in=0.5, tail=0.5
+        camera="gantry", size=(640, 360), fps=5.0, people=False, noise=1.0, lead_in=0.5, tail=0.5
     )
     film = tmp_path_factory.mktemp("films") / "draw.mp4"
     render_film(film, path, spec)

@@ -85,7 +85,7 @@ def test_the_demo_leaves_all_it_promises(curling, must_fit, tmp_path: Path) -> N
         tmp_path / "demo",
         seed=2,
         throws=2,
-        fps=6,
+        fps=4,
         frame_size=(640, 360),
         draws=2,
         workers=1,

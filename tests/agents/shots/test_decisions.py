@@ -18,18 +18,23 @@ from curling_env.throw import SKILLS, Skill
 from tests.agents.shots.small_tables import RESTS, SmallTable
 
 
-@pytest.fixture
-def table(tmp_path):
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
     """Three ends: the last stone counts, in the first two for its team."""
     small = SmallTable()
     small.end(RESTS, (0, 2))
     small.end(RESTS, (2, 0), hammer=31)
     small.end(RESTS, (0, 2), placed=((1089, 1916), (1150, 850)), power_play=1)
-    return read_shots(small.write(tmp_path))
+    return read_shots(small.write(tmp_path_factory.mktemp("table")))
 
 
-def test_each_call_is_compared_in_the_teams_own_position(table):
-    found = decisions_of(table, SKILLS["championship"], shots=30, budget=100)
+@pytest.fixture(scope="module")
+def found(table):
+    """The calls of all three ends beside those of the search."""
+    return decisions_of(table, SKILLS["championship"], shots=30, budget=60)
+
+
+def test_each_call_is_compared_in_the_teams_own_position(table, found):
     assert len(found) == 30
     assert [one.row for one in found] == list(range(2, 32))
     situations = {one.situation for one in found}
@@ -41,13 +46,12 @@ def test_each_call_is_compared_in_the_teams_own_position(table):
         assert one.agrees == (one.search in FAMILIES["draw"])
     # The last stone of the second end lies on the button: more than any call promises.
     assert found[19].reached > 0.9 * found[19].expected
-    again = decisions_of(table, SKILLS["championship"], shots=30, budget=100)
+    again = decisions_of(table, SKILLS["championship"], shots=30, budget=60)
     assert again == found
 
 
-def test_the_last_stone_is_worth_the_score_that_it_leaves(table):
+def test_the_last_stone_is_worth_the_score_that_it_leaves(found):
     """In an end with six to come, a point more is worth more, whoever throws."""
-    found = decisions_of(table, SKILLS["championship"], shots=30, budget=60)
     first, second = found[9], found[19]
     assert (first.called, first.situation) == ("draw", "with hammer")
     assert first.reached > 0.5
@@ -129,8 +133,8 @@ def test_two_distributions_have_a_worst_class_and_a_chi_squared():
 
 
 def test_ends_are_played_as_often_as_asked_by_the_hands_asked():
-    exact = played_ends(Skill(name="none"), ends=9, budget=60)
-    assert 9 <= exact.sum() <= 9 + 8
-    assert (exact == played_ends(Skill(name="none"), ends=9, budget=60)).all()
-    wild = played_ends(SKILLS["club"], ends=9, budget=60)
+    exact = played_ends(Skill(name="none"), ends=5, budget=60)
+    assert 5 <= exact.sum() <= 5 + 8
+    assert (exact == played_ends(Skill(name="none"), ends=5, budget=60)).all()
+    wild = played_ends(SKILLS["club"], ends=5, budget=60)
     assert (exact != wild).any()

@@ -11,10 +11,11 @@ USE_KERNELS = """
 import numpy as np
 
 from curling_env.physics import catalogue
-from friction_estimation.appearance.kernels.fit_kernels import normal_equations  # other sources
+from friction_estimation.appearance.kernels.fit_kernels import robust_misfit  # other sources
 
 print(catalogue()["air_drag"].kernel.address != 0)
-normal_equations(np.ones((1, 3, 1)), np.ones((3, 1)), np.ones(1), np.ones((1, 1)), np.ones(1))
+three, seen = np.ones((1, 3)), np.ones((5, 3, 1, 1), np.float32)
+robust_misfit(three, three, seen, np.ones(3), 3.0)
 """
 
 

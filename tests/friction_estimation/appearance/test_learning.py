@@ -96,10 +96,17 @@ def learnt(crops, moved=0.0):
     return own, learn_appearance(own, MODEL, 2.0)
 
 
-def test_shade_that_does_not_turn_with_the_stone_is_not_taken_for_its_handle(small_stone):
+@pytest.fixture(scope="module")
+def learnt_small(small_stone):
+    """Crops of the small stone with the poses learnt from them, and the look; see `learnt`."""
+    return learnt(small_stone[0])
+
+
+def test_shade_that_does_not_turn_with_the_stone_is_not_taken_for_its_handle(
+    small_stone, learnt_small
+):
     """From the side the lit half of a small stone stays where it is while the stone turns."""
-    crops, truth = small_stone
-    crops, look = learnt(crops)
+    (_, truth), (crops, look) = small_stone, learnt_small
     t = np.array([crop.t for crop in crops])
     assert look.has_handle
     headings = np.array([crop.pose[2] for crop in crops])
@@ -108,10 +115,9 @@ def test_shade_that_does_not_turn_with_the_stone_is_not_taken_for_its_handle(sma
     assert np.abs(miss).max() < 0.4
 
 
-def test_where_a_fit_begins_hardly_changes_what_is_learnt(small_stone):
+def test_where_a_fit_begins_hardly_changes_what_is_learnt(small_stone, learnt_small):
     """The picture once changed in jumps, and a fit ended where the last jump left it."""
-    crops, _ = small_stone
-    (one, look), (other, as_well) = learnt(crops), learnt(crops, 1e-6)
+    (one, look), (other, as_well) = learnt_small, learnt(small_stone[0], 1e-6)
     assert look.uncertainty is not None
     assert as_well.uncertainty is not None
     places = np.array([crop.pose[:2] for crop in one]) + look.uncertainty.shift

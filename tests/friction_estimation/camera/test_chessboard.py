@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from functools import cache
 
 import cv2
 import numpy as np
@@ -60,17 +61,27 @@ def views(count=6):
         )
 
 
+FINE = 2
+"""Number of samples of a pixel each way."""
+
+
+@cache
+def rays():
+    """Rays of all samples in the frame of a camera with the lens of `views`, (n, 3)."""
+    u, v = np.meshgrid(np.arange(SIZE[0] * FINE), np.arange(SIZE[1] * FINE))
+    px = (np.column_stack([u.ravel(), v.ravel()]) + 0.5) / FINE - 0.5
+    return next(views()).lens.rays(px)
+
+
 def picture(camera, board, rng):
-    """Picture of the board: two samples a pixel each way, averaged, with noise."""
+    """Picture of the board: several samples a pixel, averaged, with noise."""
     flat = cv2.copyMakeBorder(drawn(board), 60, 60, 60, 60, cv2.BORDER_CONSTANT, value=235)
-    fine = 2
-    u, v = np.meshgrid(np.arange(SIZE[0] * fine), np.arange(SIZE[1] * fine))
-    px = (np.column_stack([u.ravel(), v.ravel()]) + 0.5) / fine - 0.5
-    xy = camera.on_plane(px)
+    turned, position = rays() @ camera.rotation, camera.position
+    xy = position[:2] - position[2] / turned[:, 2:] * turned[:, :2]
     middle = np.array([board.columns, board.rows]) * board.square / 2
     # Seen from above, y points up and a picture's rows down.
     at = np.column_stack([xy[:, 0] + middle[0], middle[1] - xy[:, 1]]) * PX_PER_M + 60 - 0.5
-    at = at.astype(np.float32).reshape(SIZE[1] * fine, SIZE[0] * fine, 2)
+    at = at.astype(np.float32).reshape(SIZE[1] * FINE, SIZE[0] * FINE, 2)
     seen = cv2.remap(cv2.GaussianBlur(flat, (0, 0), 2), at, None, cv2.INTER_LINEAR, borderValue=200)
     seen = cv2.resize(seen, SIZE, interpolation=cv2.INTER_AREA).astype(np.float64)
     return np.clip(seen + rng.normal(0, 1.5, seen.shape), 0, 255).astype(np.uint8)

@@ -50,6 +50,7 @@ def sessions(sliding, ice: Ice, count: int, *, share=0.0, curl_sigma=0.0, slow=0
             rng,
             curl=rng.normal(CURL, curl_sigma),
             noise=0.003,
+            fps=10,
             rest=1.0,
         )
         if slow:

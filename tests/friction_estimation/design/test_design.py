@@ -56,7 +56,7 @@ def test_more_is_needed_for_more_detail_precision_and_noise():
 
 
 def test_both_ends_and_given_speeds_are_used():
-    plan = design_throws(resolution=2.0, precision=0.01, speeds=[2.0])
+    plan = design_throws(resolution=2.0, precision=0.02, speeds=[2.0])
     assert {kind.speed for kind in plan.kinds} == {2.0}
     assert len({kind.direction for kind in plan.kinds}) == 2
     assert sum(plan.counts.values()) == len(plan.kinds)

@@ -31,14 +31,14 @@ def names(found):
 
 
 def test_one_direction_only_is_reported(make_session):
-    tracks = [track for track in make_session([CURL], throws=20) if track.throw % 2 == 0]
+    tracks = [track for track in make_session([CURL], throws=20, fps=8) if track.throw % 2 == 0]
     found = discover(tracks)
     assert names(found) == ["curl"]
     assert ONE_WAY in text_of(found)
 
 
 def test_no_variety_of_spin_is_reported(make_session):
-    tracks = [t for t in make_session([CURL], throws=24) if t.theta[-1] > t.theta[0]]
+    tracks = [t for t in make_session([CURL], throws=24, fps=8) if t.theta[-1] > t.theta[0]]
     assert len(tracks) >= 8
     found = discover(tracks)
     assert ONE_SPIN in text_of(found)
@@ -63,13 +63,13 @@ def test_throws_that_turned_unseen_leave_where_enough_are_left(make_session):
 
 
 def test_a_good_session_says_neither(make_session):
-    words = text_of(discover(make_session(throws=8)))
+    words = text_of(discover(make_session(throws=8, fps=8)))
     assert ONE_WAY not in words
     assert ONE_SPIN not in words
 
 
 def test_one_throw_of_rubbish_leaves_and_the_rest_is_searched(make_session, rng):
-    tracks = make_session([CURL])
+    tracks = make_session([CURL], fps=8)
     rubbish = rng.uniform(-1.5, 1.5, (len(tracks[5]), 2)) + np.array([0.0, 3.0])
     tracks[5] = replace(tracks[5], xy=rubbish)
     found = discover(tracks)
@@ -79,7 +79,7 @@ def test_one_throw_of_rubbish_leaves_and_the_rest_is_searched(make_session, rng)
 
 
 def test_tracks_of_the_next_sheet_leave(make_session):
-    tracks = make_session([CURL], throws=16)
+    tracks = make_session([CURL], throws=16, fps=8)
     for k in (1, 6, 9):
         tracks[k] = replace(tracks[k], xy=tracks[k].xy + np.array([5.0, 0.0]))
     found = discover(tracks)
@@ -88,7 +88,8 @@ def test_tracks_of_the_next_sheet_leave(make_session):
 
 
 def test_two_sheets_in_one_frame_are_not_an_effect(make_session):
-    one, other = make_session(throws=16, seed=3), make_session(throws=16, seed=3, mu=0.0102)
+    one = make_session(throws=16, seed=3, fps=8)
+    other = make_session(throws=16, seed=3, mu=0.0102, fps=8)
     rng = np.random.default_rng(5)
     tracks = [other[k] if rng.random() < 0.5 else one[k] for k in range(16)]
     found = discover(tracks)

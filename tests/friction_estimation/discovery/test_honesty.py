@@ -19,7 +19,7 @@ CURL = effect("curl", strength=0.006)
 def test_a_set_comes_with_the_throw_that_would_settle_it(make_session):
     tracks = [
         track
-        for track in make_session([effect("curl", strength=1e-4)], throws=36, seed=4)
+        for track in make_session([effect("curl", strength=1e-4)], throws=36, seed=4, fps=8)
         if track.throw % 2 == 0 and track.theta[-1] > track.theta[0]
     ]
     assert len(tracks) >= 8
@@ -43,7 +43,7 @@ def test_a_set_comes_with_the_throw_that_would_settle_it(make_session):
     ("hidden", "throws"), [([], 8), ([], 5), ([CURL], 8)], ids=["nothing", "too few", "named"]
 )
 def test_every_verdict_says_how_small_an_effect_would_have_shown(make_session, hidden, throws):
-    report = document(discover(make_session(hidden, throws=throws)))
+    report = document(discover(make_session(hidden, throws=throws, fps=8)))
     smallest = report["smallest_detectable"]
     named = {e["name"] for e in report["effects"]}
     assert set(smallest) | named >= {"curl", "slope", "air_drag", "pebble_wear", "time_drift"}

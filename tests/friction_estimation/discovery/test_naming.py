@@ -49,7 +49,7 @@ def test_an_unknown_with_which_the_throws_fit_worse_takes_no_name(
     explain = naming.explain
     monkeypatch.setattr(naming, "explain", astray)
     hidden = [effect("curl", strength=0.005), effect("slope", x=5e-5, y=0.0)]
-    tracks = make_session(hidden, fps=5)
+    tracks = make_session(hidden, throws=9, fps=5)
     with without_effects("slope"):
         found = discover(tracks)
     assert found.unknown

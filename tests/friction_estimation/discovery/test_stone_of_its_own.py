@@ -12,7 +12,7 @@ from friction_estimation.discovery import document
 GRAVITY, BAND, STEP = 9.80665, 0.0625, 0.01
 CONTACTS = 2 * np.pi * (np.arange(24) + 0.5) / 24
 MU, CURL, TURNING = 0.009, 0.007, 0.37
-FRAME = 10
+FRAME = 20
 """Steps from one measured row to the next."""
 
 

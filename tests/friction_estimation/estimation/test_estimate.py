@@ -56,45 +56,49 @@ def test_interval_holds_the_truth(sliding, rng):
     for _ in range(12):
         mu = rng.uniform(0.007, 0.012)
         tracks = sliding.measured_throws(
-            sliding.uniform(mu), sliding.varied_starts(rng, 2), rng, noise=0.008
+            sliding.uniform(mu), sliding.varied_starts(rng, 2), rng, noise=0.008, fps=8
         )
         low, high = friction_alone(tracks, uniform=True).interval
         inside += low < mu < high
     assert inside >= 10
 
 
-def test_scatter_between_throws_widens_the_interval(sliding, rng):
+@pytest.fixture(scope="module")
+def scattering(sliding) -> SimpleNamespace:
+    """Ten throws whose friction scatters by a hundredth, and the same throws without scatter."""
+    rng = np.random.default_rng(20261121)
     starts = sliding.varied_starts(rng, 10)
     factor = np.exp(rng.normal(0, 0.01, 10))
-    even = friction_alone(
-        sliding.measured_throws(sliding.uniform(0.009), starts, rng), uniform=True
+    even, scattered = (
+        sliding.measured_throws(sliding.uniform(0.009), starts, rng, fps=15, factor=own)
+        for own in (None, factor)
     )
-    scattered = friction_alone(
-        sliding.measured_throws(sliding.uniform(0.009), starts, rng, factor=factor), uniform=True
-    )
+    return SimpleNamespace(even=even, scattered=scattered)
+
+
+def test_scatter_between_throws_widens_the_interval(scattering):
+    even = friction_alone(scattering.even, uniform=True)
+    scattered = friction_alone(scattering.scattered, uniform=True)
     assert even.scatter < 0.0015
     assert 0.005 < scattered.scatter < 0.02
     assert scattered.sigma > 5 * even.sigma
     assert abs(scattered.mu - 0.009) < 3 * scattered.sigma
 
 
-def test_a_map_finds_the_scatter_between_throws_too(sliding, rng):
-    starts = sliding.varied_starts(rng, 10)
-    factor = np.exp(rng.normal(0, 0.01, 10))
-    measured = sliding.measured_throws(sliding.uniform(0.009), starts, rng, factor=factor)
-    assert 0.004 < friction_alone(measured).scatter < 0.02
+def test_a_map_finds_the_scatter_between_throws_too(scattering):
+    assert 0.004 < friction_alone(scattering.scattered).scatter < 0.02
 
 
 def test_curl_that_no_model_knows_does_not_bias_friction(sliding, rng):
     starts = sliding.varied_starts(rng, 6)
-    tracks = sliding.measured_throws(sliding.uniform(0.009), starts, rng, curl=0.009)
+    tracks = sliding.measured_throws(sliding.uniform(0.009), starts, rng, curl=0.009, fps=15)
     found = friction_alone(tracks, uniform=True)
     assert abs(found.mu / 0.009 - 1) < 5e-4
 
 
 def test_effects_of_the_start_stay_in_the_law(sliding, rng):
     starts = sliding.varied_starts(rng, 6, spin=0.0)
-    tracks = sliding.measured_throws(sliding.uniform(0.008), starts, rng, exponent=0.3)
+    tracks = sliding.measured_throws(sliding.uniform(0.008), starts, rng, exponent=0.3, fps=15)
     law = ActiveEffect(name="speed_dependent_friction", parameters={"exponent": 0.3})
     found = friction_alone(tracks, start=Ice.uniform(0.01, effects=(law,)), uniform=True)
     ignorant = friction_alone(tracks, uniform=True)
@@ -154,7 +158,7 @@ def test_even_ice_is_found_even_on_film(sliding, as_filmed):
     for seed in range(6):
         rng = np.random.default_rng([61, seed])
         starts = sliding.varied_starts(rng, 2)
-        tracks = sliding.measured_throws(sliding.uniform(0.009), starts, rng, noise=1e-5, fps=15)
+        tracks = sliding.measured_throws(sliding.uniform(0.009), starts, rng, noise=1e-5, fps=8)
         friction = friction_alone(as_filmed(tracks, seed), camera_bias="off").ice.friction
         off = (friction.mu - 0.009)[friction.observed]
         left.append(np.sqrt(np.mean(off**2)) / 0.009)
@@ -169,7 +173,7 @@ def test_rows_that_are_reported_to_err_more_count_less(sliding, rng):
     for seed in range(10):
         rng = np.random.default_rng([62, seed])
         tracks = sliding.measured_throws(
-            sliding.uniform(0.009), sliding.varied_starts(rng, 1), rng, noise=1e-5, fps=15
+            sliding.uniform(0.009), sliding.varied_starts(rng, 1), rng, noise=1e-5, fps=8
         )
         size = [np.where(k.xy[:, 1] > 0, 0.012, 0.002) for k in tracks]
         off = [rng.normal(0, 1, k.xy.shape) * s[:, None] for k, s in zip(tracks, size, strict=True)]
@@ -195,7 +199,7 @@ def mapped(sliding) -> list[SimpleNamespace]:
         spread, length = rng.uniform(0.05, 0.08), rng.uniform(2.0, 4.0)
         field = sliding.random_field(rng, mu=0.0095, spread=spread, length=length, rough=rough)
         starts = sliding.varied_starts(rng, 24)
-        tracks = sliding.measured_throws(field, starts, rng, curl=0.0065, fps=15)
+        tracks = sliding.measured_throws(field, starts, rng, curl=0.0065, fps=8)
         out.append(
             SimpleNamespace(
                 found=friction_alone(tracks),
@@ -223,7 +227,7 @@ def test_map_reaches_the_bayesian_bound(mapped):
     for case in mapped:
         releases = [Release(x=s[0], y=s[1], vx=s[2], vy=s[3]) for s in case.starts]
         bound = cell_bound(
-            releases, mu=0.0095, noise=0.005, fps=15, spread=case.spread, length=case.length,
+            releases, mu=0.0095, noise=0.005, fps=8, spread=case.spread, length=case.length,
             smoothness=case.smoothness,
         )  # fmt: skip
         friction = case.found.ice.friction
@@ -266,7 +270,8 @@ def test_the_papers_method_is_there_and_worse(mapped):
 
 
 def test_uniform_ice_is_found_even(sliding, rng):
-    tracks = sliding.measured_throws(sliding.uniform(0.009), sliding.varied_starts(rng, 8), rng)
+    starts = sliding.varied_starts(rng, 8)
+    tracks = sliding.measured_throws(sliding.uniform(0.009), starts, rng, fps=15)
     friction = friction_alone(tracks).ice.friction
     assert np.abs(friction.mu[friction.observed] / 0.009 - 1).max() < 0.01
 

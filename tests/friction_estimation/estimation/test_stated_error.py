@@ -36,7 +36,7 @@ def misplaced(
 
 def one_way(sliding, rng, count: int, mu: float) -> list[Trajectory]:
     starts = sliding.varied_starts(rng, 2 * count)[::2]
-    return sliding.measured_throws(sliding.uniform(mu), starts, rng, noise=NOISE, fps=15)
+    return sliding.measured_throws(sliding.uniform(mu), starts, rng, noise=NOISE, fps=8)
 
 
 def test_interval_of_one_friction_holds_it_through_many_cameras(sliding):
@@ -78,7 +78,7 @@ def test_what_is_seen_as_noise_counts_once(sliding):
 def test_level_of_a_map_knows_of_it_and_the_map_hardly_moves(sliding):
     rng = np.random.default_rng(74)
     field = sliding.random_field(rng, mu=0.009, spread=0.06, length=4.0)
-    tracks = sliding.measured_throws(field, sliding.varied_starts(rng, 6), rng, noise=NOISE, fps=15)
+    tracks = sliding.measured_throws(field, sliding.varied_starts(rng, 6), rng, noise=NOISE, fps=8)
     plain = friction_alone(tracks)
     stated = [replace(track, sigma_xy=np.full(len(track), STATED)) for track in tracks]
     found = friction_alone(stated)
@@ -97,7 +97,7 @@ def test_a_stone_whose_turn_was_not_seen_is_known_less_well(sliding):
         rng = np.random.default_rng(80 + seed)
         mu = rng.uniform(0.0075, 0.0105)
         starts = sliding.varied_starts(rng, 5, spin=1.0)
-        tracks = sliding.measured_throws(sliding.uniform(mu), starts, rng, noise=NOISE, fps=15)
+        tracks = sliding.measured_throws(sliding.uniform(mu), starts, rng, noise=NOISE, fps=8)
         blind = [replace(track, theta=np.full(len(track), np.nan)) for track in tracks]
         found, seen = (friction_alone(t, uniform=True) for t in (blind, tracks))
         assert found.sigma > 1.05 * seen.sigma

@@ -32,9 +32,10 @@ from friction_estimation.live import (
 )
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, on_film, scene_of, write_film
 from friction_estimation.tracking import COMPARED_AFTER, MotionDetector
+from tests.friction_estimation.home_half import home_half
 
 FPS = 20.0
-SESSION_FPS = 8.0
+SESSION_FPS, SESSION_CAMERA = 8.0, home_half((800, 450))
 """Of the film of two throws, of which every frame is made, sent and tracked."""
 KEY_EVERY = 12
 """Distance between key frames of a camera's stream [frames]."""
@@ -293,9 +294,7 @@ def session(tmp_path_factory):
     """A film of two throws, its scene, where the stones truly were, and when they began."""
     folder = tmp_path_factory.mktemp("session")
     ice = Ice.uniform(0.03)
-    spec = FilmSpec(
-        camera="gantry", people=False, size=(800, 450), fps=SESSION_FPS, tail=0.2, lead_in=0.3
-    )
+    spec = FilmSpec(camera=SESSION_CAMERA, people=False, fps=SESSION_FPS, tail=0.2, lead_in=0.3)
     renderer = FilmRenderer(spec)
     frames, truths, starts = (
         [np.asarray(renderer.still, dtype=np.uint8)] * int(2 * SESSION_FPS),
@@ -321,7 +320,7 @@ def send(film, address):
     for _ in range(600):
         sent = av.open(address, "w", format="mpegts")
         stream = sent.add_stream("libx264", rate=int(SESSION_FPS))
-        stream.width, stream.height, stream.pix_fmt = 800, 450, "yuv420p"
+        (stream.width, stream.height), stream.pix_fmt = SESSION_CAMERA.size, "yuv420p"
         stream.options = {"preset": "superfast", "crf": "22", "bf": "2", "g": "20"}
         try:
             sent.start_encoding()  # connects
@@ -373,10 +372,10 @@ def test_two_throws_of_a_stream_become_two_tracks_and_a_page(curling, session, t
 
 @pytest.mark.slow
 def test_films_without_a_thrown_stone_are_skipped_with_a_warning(tmp_path):
-    renderer = FilmRenderer(FilmSpec(camera="gantry", people=False, size=(320, 180)))
+    renderer = FilmRenderer(FilmSpec(camera=home_half((320, 180)), people=False))
     empty = np.asarray(renderer.still, dtype=np.uint8)
     dark = empty.copy()
-    dark[80:110, 100:200] = 0
+    dark[35:65, 40:140] = 0
     one = [
         *[empty] * 30,
         *[empty, dark] * 15,

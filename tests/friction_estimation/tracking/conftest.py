@@ -24,9 +24,10 @@ from friction_estimation.synthetic import (
     scene_of,
     write_film,
 )
+from tests.friction_estimation.home_half import home_half
 
-FPS = 8.0
-SPEC = FilmSpec(camera="gantry", people=False, size=(960, 540), fps=FPS, lead_in=0.0, tail=0.5)
+FPS = 6.0
+SPEC = FilmSpec(camera=home_half((960, 540)), people=False, fps=FPS, lead_in=0.0, tail=0.5)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -55,7 +55,7 @@ def sliding(path, x, texture=None):
     """A film of a stone that slides along a line x, or of a box painted over it."""
     t = np.arange(0, 4.0, 1 / 48)
     way = Trajectory(t=t, xy=np.column_stack([np.full(len(t), x), 8.5 + 1.5 * t - 0.15 * t**2]))
-    spec = FilmSpec(camera=CAMERA, fps=12.0, people=False, lead_in=0.2, tail=0.2, seed=4)
+    spec = FilmSpec(camera=CAMERA, fps=8.0, people=False, lead_in=0.2, tail=0.2, seed=4)
     frames = []
     for frame, (x, y) in zip(FilmRenderer(spec).frames(way), on_film(way, spec).xy, strict=True):
         if texture is not None:

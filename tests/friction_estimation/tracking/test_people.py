@@ -11,11 +11,12 @@ from curling_env.trajectory import Trajectory
 from friction_estimation import Scene
 from friction_estimation.camera import Camera
 from friction_estimation.synthetic import FilmSpec, Light, render_film, write_film
-from friction_estimation.tracking import TrackingOptions, track_film
+from friction_estimation.tracking import TrackingOptions, built_in, track_film
 from friction_estimation.tracking.association import finding
 from friction_estimation.tracking.association.finding import thrown_paths
+from friction_estimation.tracking.measuring.looks import learn_look
 
-FPS = 12.0
+FPS = 8.0
 OUT_OF_HAND = 1.0
 """Time after which the thrower no longer hides the stone [s]."""
 CAMERA = Camera.looking_at(
@@ -62,11 +63,20 @@ def film(tmp_path_factory):
 def tracked(film):
     # Paint seen so coarsely moves the camera by a third of a pixel; people must not move the stone.
     path, truth = film
-    return track_film(path, scene(), options=TrackingOptions(refine=False)), truth
+    stones = []
+
+    def learn(stone, *given):
+        stones.append(stone)
+        return learn_look(stone, *given)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(built_in, "learn_look", learn)
+        found = track_film(path, scene(), options=TrackingOptions(refine=False))
+    return found, truth, stones
 
 
 def test_people_shadows_and_reflections_do_not_move_the_stone(tracked):
-    result, truth = tracked
+    result, truth, _ = tracked
     path = result.trajectory
     error = path.xy - truth.xy[result.frame]
     seen = np.isin(np.flatnonzero(truth.t > OUT_OF_HAND), result.frame)
@@ -76,30 +86,44 @@ def test_people_shadows_and_reflections_do_not_move_the_stone(tracked):
 
 
 def test_speed_comes_from_the_smoother(tracked):
-    result, _ = tracked
+    result, *_ = tracked
     at = np.searchsorted(result.trajectory.t, 2.2)  # two seconds after the release
     assert result.velocity[at] == pytest.approx([0.06, 0.95], abs=0.03)
     assert result.trajectory.t == pytest.approx(result.frame / FPS, abs=1e-6)
 
 
 def test_the_stone_is_followed_and_not_a_person(tracked):
-    result, truth = tracked
+    result, truth, _ = tracked
     away = np.linalg.norm(result.trajectory.xy - truth.xy[result.frame], axis=1)
     assert away.max() < 0.045
 
 
 def test_a_person_whose_motion_is_more_likely_is_not_the_stone(film, tracked, monkeypatch):
+    """The look of the person is refused; the next one is the stone that was tracked before."""
+    (stone,) = tracked[2]
     tried = []
+
+    class StoneTriedError(Exception):
+        """The person was refused; from here on everything is as before."""
 
     def person_first(*given):
         stone, *_, person = thrown_paths(*given)
-        tried.append(person)
         return [person, stone]
 
+    def learn(seen, *given):
+        tried.append(seen)
+        if len(tried) > 1:
+            raise StoneTriedError
+        return learn_look(seen, *given)
+
     monkeypatch.setattr(finding, "thrown_paths", person_first)
-    again = track_film(film[0], scene(), options=TrackingOptions(refine=False))
-    assert tried
-    assert np.array_equal(again.trajectory.xy, tracked[0].trajectory.xy)
+    monkeypatch.setattr(built_in, "learn_look", learn)
+    with pytest.raises(StoneTriedError):
+        track_film(film[0], scene(), options=TrackingOptions(refine=False))
+    first, second = tried
+    assert not np.array_equal(first.path.xy, stone.path.xy)
+    assert np.array_equal(second.path.xy, stone.path.xy)
+    assert np.array_equal(second.path.t, stone.path.t)
 
 
 def test_people_without_a_stone_are_no_throw(tmp_path):

@@ -69,15 +69,15 @@ def test_inputs_are_the_same_for_a_seed_and_have_every_kind_of_fault() -> None:
     targets = make_targets(good)
     assert {"convert t.csv", "read ice.json"} <= {target.name for target in targets}
 
-    def some(seed: int) -> list[Input]:
+    def some(seed: int, size: int) -> list[Input]:
         found: list[Input] = []
-        drawn(inputs(targets, [b"POST / HTTP/1.1\r\n\r\n{}"]), seed, 150, found.append)
+        drawn(inputs(targets, [b"POST / HTTP/1.1\r\n\r\n{}"]), seed, size, found.append)
         return found
 
-    first = some(1)
-    assert len(first) == 150
-    assert first == some(1)
-    others = [some(seed) for seed in range(2, 6)]
+    first = some(1, 50)
+    assert len(first) == 50
+    assert first == some(1, 50)
+    others = [some(seed, 100) for seed in range(2, 6)]
     assert first != others[0]
     names = " ".join(one.name for drawing in (first, *others) for one in drawing)
     assert [k for k in KINDS if k not in names and k not in ("damage", "message")] == []

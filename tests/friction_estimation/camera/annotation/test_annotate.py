@@ -109,7 +109,7 @@ def test_the_paint_shows_how_far_clicks_are_off(annotation, seen):
 
 
 def test_a_camera_is_questioned_where_the_picture_contradicts_it(tmp_path):
-    renderer = FilmRenderer(FilmSpec(camera="gantry", people=False, size=(1280, 720)))
+    renderer = FilmRenderer(FilmSpec(camera="gantry", people=False, size=(960, 540)))
     path, camera = tmp_path / "gantry.png", renderer.camera
     cv2.imwrite(str(path), np.asarray(renderer.still, dtype=np.uint8))
     clicks = clicks_at(camera, CORNERS)
@@ -120,7 +120,7 @@ def test_a_camera_is_questioned_where_the_picture_contradicts_it(tmp_path):
     assert wrong.better == PAPER_SHEET
     # A corner that the paint corrects is named all the same.
     u, v = clicks["home_left"]
-    off = Annotation.open(path, PAPER_SHEET).solve({**clicks, "home_left": (u + 25, v)}, paint=True)
+    off = Annotation.open(path, PAPER_SHEET).solve({**clicks, "home_left": (u + 19, v)}, paint=True)
     assert any("home left" in one for one in (*off.problems, *off.disagreeing))
 
 

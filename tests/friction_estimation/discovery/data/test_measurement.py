@@ -32,7 +32,7 @@ def seen_through_a_wrong_lens(tracks, name, rng):
 
 @pytest.mark.parametrize("name", ["gantry", "end"])
 def test_a_wrong_lens_is_named_as_the_lens(make_session, rng, name):
-    true = make_session(throws=10, sigma=0.0)
+    true = make_session(throws=10, sigma=0.0, fps=8)
     tracks, scene, missing = seen_through_a_wrong_lens(true, name, rng)
     found = discover(tracks, scene=scene)
     assert [effect.label for effect in found.effects] == ["lens_distortion"]
@@ -43,7 +43,9 @@ def test_a_wrong_lens_is_named_as_the_lens(make_session, rng, name):
 
 
 def test_without_a_scene_a_gantrys_lens_is_still_the_lens(make_session, rng):
-    tracks, _, _ = seen_through_a_wrong_lens(make_session(throws=10, sigma=0.0), "gantry", rng)
+    tracks, _, _ = seen_through_a_wrong_lens(
+        make_session(throws=10, sigma=0.0, fps=8), "gantry", rng
+    )
     found = discover(tracks)
     assert [effect.label for effect in found.effects] == ["lens_distortion"]
     assert any(

@@ -22,7 +22,7 @@ from ..conftest import effect
 
 
 def test_scale_and_frame_rate_are_named_only_by_references(make_session):
-    tracks = [replace(track, xy=1.03 * track.xy, t=1.2 * track.t) for track in make_session()]
+    tracks = [replace(track, xy=1.03 * track.xy, t=1.2 * track.t) for track in make_session(fps=8)]
     blind = document(discover(tracks))
     assert blind["effects"] == []
     assert blind["undecidable"]["names"] == ["scale_error", "frame_rate_error"]
@@ -46,7 +46,7 @@ def test_scale_and_frame_rate_are_named_only_by_references(make_session):
 def test_a_reference_that_agrees_names_nothing(make_session):
     right = calibrate("scale_error", [read_reference("21.95,21.945", "scale_error")])
     assert not right.clearly_off
-    report = document(discover(make_session(), references=[right]))
+    report = document(discover(make_session(fps=8), references=[right]))
     assert report["effects"] == []
     assert report["undecidable"]["names"] == ["frame_rate_error"]
 

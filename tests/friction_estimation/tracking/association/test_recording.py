@@ -12,7 +12,7 @@ from friction_estimation.synthetic import FilmRenderer, FilmSpec, scene_of, writ
 from friction_estimation.tracking import track_each
 from friction_estimation.tracking.films.pieces import cut
 
-FPS = 8.0
+FPS = 6.0
 """Frames per second of the practice film."""
 
 

@@ -20,7 +20,7 @@ NEAR_PX = 5.0
 def test_drawn_stones_are_found_and_little_else(rng):
     detector = Detector()
     found = invented = total = 0
-    for _ in range(150):
+    for _ in range(110):
         patch = draw_patch(rng)
         picture = cv2.cvtColor(patch.picture, cv2.COLOR_RGB2BGR)
         seen = [one.px for one in detector.detect(picture) if one.score >= SURE]
