@@ -20,7 +20,7 @@ from scipy.optimize import differential_evolution
 from curling_env.sheet import HOG_LINE_WIDTH, HOG_LINE_Y, RING_RADII, TEE_Y
 from curling_env.typing import Floats, Singles
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.lens import Lens
+from friction_estimation.camera.lens import Lens, distort
 
 MARK_REACH = 0.35
 """Largest distance of a mark from its place [m]."""
@@ -161,11 +161,9 @@ class RoughSearch:
         first = (bend * (2 * focal / max(self._size)) ** 2)[:, None]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             depth = np.where(local[..., 2] > 0, local[..., 2], np.nan)
-            u, v = (np.ascontiguousarray(local[..., k] / depth) for k in range(2))
-            square = u * u + v * v
-            radial = 1 + square * (first + square * first**2)
-        u = u * radial * focal[:, None] + self._size[0] / 2
-        v = v * radial * (focal * np.exp(stretch))[:, None] + self._size[1] / 2
+            u, v = distort(local[..., 0] / depth, local[..., 1] / depth, (first, first**2, 0, 0, 0))
+        u = u * focal[:, None] + self._size[0] / 2
+        v = v * (focal * np.exp(stretch))[:, None] + self._size[1] / 2
         *rings, hog_above, hog_below, centre_left, centre_right = (
             change.mean(axis=1) for change in np.split(self._changes(u, v), self._ends, axis=1)
         )

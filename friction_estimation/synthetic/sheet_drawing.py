@@ -8,7 +8,7 @@ its own footprint on the ice, so that lines much thinner than a pixel get the ri
 
 from __future__ import annotations
 
-import pickle
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -168,15 +168,16 @@ def paint_sheet(
 
 def pebble_texture(rng: np.random.Generator) -> NDArray[np.float32]:
     """Return a periodic texture of unit variance, (1024, 1024) cells of side `PEBBLE_CELL`."""
-    texture, after = _texture_from(pickle.dumps(rng))
+    texture, after = _texture_after(json.dumps(rng.bit_generator.state))
     rng.bit_generator.state = after
     return texture
 
 
 @lru_cache(maxsize=4)
-def _texture_from(pickled_rng: bytes) -> tuple[NDArray[np.float32], Mapping[str, Any]]:
+def _texture_after(state: str) -> tuple[NDArray[np.float32], Mapping[str, Any]]:
     """Return a texture and the generator's state after it; films of one seed share both."""
-    rng, size = pickle.loads(pickled_rng), 1024
+    rng, size = np.random.default_rng(), 1024
+    rng.bit_generator.state = json.loads(state)
     total = np.zeros((size, size), dtype=np.float32)
     for blur, share in ((0.9, 0.75), (5.0, 0.5), (40.0, 0.45)):
         margin = int(4 * blur) + 1

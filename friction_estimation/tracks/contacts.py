@@ -8,7 +8,6 @@ noise of the track.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
 from itertools import combinations, groupby, pairwise
 
 import numpy as np
@@ -121,20 +120,11 @@ def velocity_jumps(track: Trajectory) -> list[float]:
     """
     if len(track) < MIN_SAMPLES:
         return []
-    t, xy = (np.asarray(values, dtype=np.float64) for values in (track.t, track.xy))
-    return list(_jumps_of(t.tobytes(), xy.tobytes()))
-
-
-@lru_cache(maxsize=128)
-def _jumps_of(times: bytes, places: bytes) -> tuple[float, ...]:
-    """Return the jumps of a track; estimates and tables ask for those of one track repeatedly."""
-    t = np.frombuffer(times).copy()
-    xy = np.frombuffer(places).reshape(-1, 2).copy()
-    wild, _ = wild_rows(t, xy)
-    kept = ~wild & _beyond_delivery(xy)
+    wild, _ = wild_rows(track.t, track.xy)
+    kept = ~wild & _beyond_delivery(track.xy)
     if kept.sum() < MIN_SAMPLES:
-        return ()
-    return tuple(sorted(_Jumps(t[kept], xy[kept]).all()))
+        return []
+    return sorted(_Jumps(track.t[kept], track.xy[kept]).all())
 
 
 def _beyond_delivery(xy: Floats) -> Flags:
