@@ -11,16 +11,17 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from curling_env.ice import Ice
+from curling_env.errors import InputError
+from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics.slides import SlideEnd
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
 from curling_env.trajectory import Trajectory
 from curling_env.units import Units
-from friction_estimation.comparison import Comparison, Rethrow, position_noise
+from friction_estimation.comparison import Comparison, Rethrow, compare_tracks, position_noise
 from friction_estimation.comparison import rethrow as module
 from friction_estimation.comparison.rethrow import rethrow, write_comparison
 from friction_estimation.discovery.model.noise import CoordinateNoise
-from friction_estimation.tracks.free_slide import FreeSlide
+from friction_estimation.tracks.free_slide import FreeSlide, free_slides
 
 MU = 0.009
 DRAG = MU * 9.80665
@@ -399,3 +400,39 @@ def test_thrown_again_are_only_releases_within_their_bounds(monkeypatch):
     module.rest_spread(fast, ICE, None, heading_seen=True)
     assert (tables[1]["omega"] == MAX_SPIN - 1.0).all()
     assert (tables[1]["vy"] == 0.9985 * MAX_SPEED).all()
+
+
+# --- sessions -------------------------------------------------------------------------------------
+
+
+def test_a_window_leaves_something_to_predict():
+    tracks = [slid(seconds=seconds).track for seconds in (12.0, 8.0)]
+    with pytest.raises(InputError, match=r"must be positive, got -1.0 s"):
+        compare_tracks(tracks, ICE, window=-1.0)
+    longest = max(part.duration for part in free_slides(tracks)[0])
+    for window in (longest, longest + 1.0):
+        with pytest.raises(InputError, match=f"window of {window:g} s .* freely for {longest:.1f}"):
+            compare_tracks(tracks, ICE, window=window)
+    (compared,) = compare_tracks(tracks, ICE, window=longest - 0.12).rethrows
+    assert compared.tested.sum() == 3  # at 20 frames a second
+
+
+def test_each_throw_is_made_on_the_ice_that_those_before_wore(monkeypatch):
+    wear = ActiveEffect(name="pebble_wear", parameters={"rate": 0.0, "along_path": -0.05})
+    ices, spreads = [], []
+    whole = module.rethrow
+    monkeypatch.setattr(
+        module, "rethrow", lambda part, *rest: ices.append(rest) or whole(part, *rest)
+    )
+    monkeypatch.setattr(
+        module, "rest_spread", lambda throw, ice, *_, **__: spreads.append(ice) or (0.1, 0.2)
+    )
+    tracks = [
+        replace(slid(seconds=seconds).track, throw=k) for k, seconds in enumerate((12.0, 9.0))
+    ]
+    found = compare_tracks(tracks, Ice.uniform(MU, effects=(wear,)), window=3.0)
+    assert [(order, window) for _, order, window in ices] == [(0, 3.0), (1, 3.0)]
+    assert [ice for ice, *_ in ices] == spreads
+    assert spreads[0] is not spreads[1]
+    assert [throw.rest_sigma for throw in found.rethrows] == [(0.1, 0.2)] * 2
+    assert found.window == 3.0
