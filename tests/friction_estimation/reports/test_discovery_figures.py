@@ -426,3 +426,40 @@ def test_the_same_draw_rests_further_on_keener_ice_and_curls_to_its_left():
     assert " ft/s comes" in words
     found.effects = []
     assert module.draw_picture(found) is None
+
+
+def test_the_draw_is_the_next_throw_on_the_ice_as_it_is_now(monkeypatch):
+    """A minute after the last release, with the last stone, over the tracks of all before."""
+    aimed, ran = [], []
+
+    class Worn:
+        def __init__(self, ice):
+            self.ice = ice
+
+        def ran(self, path):
+            ran.append((self.ice, path))
+
+        @property
+        def now(self):
+            return f"worn {self.ice}"
+
+    def aim(ice, **at):
+        aimed.append((ice, at))
+        return SimpleNamespace(draw_weight=lambda spin: aimed.append(spin))
+
+    monkeypatch.setattr(module, "IceInUse", Worn)
+    monkeypatch.setattr(module, "Aim", aim)
+    base, final = (
+        SimpleNamespace(model=SimpleNamespace(improved_ice=lambda _, name=name: name))
+        for name in ("base", "final")
+    )
+    session = SimpleNamespace(
+        wear_tracks=SimpleNamespace(paths=["one", "two"]),
+        stones=np.array([1, 6, 3]),
+        orders=np.array([4, 9, 8]),
+        clocks=np.array([60.0, 200.0, 190.0]),
+    )
+    found = SimpleNamespace(session=session, final_base=base, final=final, effects=[1])
+    assert module.draw_picture(found) is None  # no draw rests there
+    assert ran == [(ice, path) for ice in ("base", "final") for path in ("one", "two")]
+    assert aimed == [("worn base", {"stone": 3, "order": 10, "clock": 260.0}), 1.5]

@@ -96,10 +96,13 @@ def test_a_measured_power_of_the_speed_is_in_the_headline():
 def test_facts_are_in_per_cent_and_millimetres():
     bias = SimpleNamespace(found=True, size=0.0047, words="camera bias")
     found = estimate(
-        resolution=1.5, noise=CoordinateNoise(white=0.003, slow=0.004), camera_bias=bias
+        interval=(0.0054, 0.0126),
+        resolution=1.5,
+        noise=CoordinateNoise(white=0.003, slow=0.004),
+        camera_bias=bias,
     )
     facts = module._facts(found, Units.METRES)
-    assert facts[0] == ("0.00900", "friction μ, known to ± 2.8 %")
+    assert facts[0] == ("0.00900", "friction μ, known to ± 40 %")
     assert facts[1:-4] == draw_facts(found.ice, MU)
     assert facts[-4:] == [
         ("3", "throws measured"),
@@ -204,18 +207,53 @@ def test_rows_are_before_used_wild_unlike_between_or_after():
     assert uses([0.0]) == start + "uduewdueueueueue" + end
 
 
-def test_a_paper_estimate_uses_all_rows_of_a_slide():
-    t = np.arange(4.0)
+@pytest.mark.parametrize("fit", [None, SimpleNamespace()])
+def test_a_slide_that_is_not_in_the_fit_uses_all_its_rows(fit):
+    t = np.arange(6.0)
     track = Trajectory(t=t, xy=np.column_stack([t, t]))
     part = FreeSlide(
-        track=track, rows=np.array([1, 2]), stretch=(0, 4), rests=False, wild=0, noise=0.0
+        track=track, rows=np.array([1, 2, 4]), stretch=(0, 6), rests=False, wild=1, noise=0.0
     )
     found = SimpleNamespace(
-        tracks=[track], slides=(part,), travel_residuals=[], place=lambda _: None, fit=None
+        tracks=[track], slides=(part,), travel_residuals=[], place=lambda _: None, fit=fit
     )
     table = module.row_table(found)
-    assert table["use"].tolist() == ["before", "used", "used", "after"]
+    assert table["use"].tolist() == ["before", "used", "used", "wild", "used", "after"]
     assert np.isnan(table["left_m"]).all()
+
+
+def test_sections_follow_what_there_is(monkeypatch):
+    for name in ("effects", "beside", "throws", "remarks"):
+        monkeypatch.setattr(module, f"_{name}", lambda *_, name=name: f"[{name}]")
+    monkeypatch.setattr(module, "_picture_section", lambda folder, name: f"<h2>{name}</h2>")
+    monkeypatch.setattr(module, "picture", lambda content, alt, *, kind, caption: f"[{caption}]")
+    drag = ActiveEffect(name="air_drag", parameters={})
+    pictures = ["map.png", "motion.png"]
+    stills = [module.Still(film="<a>.mp4", t=2.04, jpeg=b"")]
+
+    def titles(found, *given):
+        page = list(module._sections(found, *given, Units.METRES))
+        return [re.findall("<h[12]>(.*?)</h", section)[0] for section in page], "".join(page)
+
+    names, page = titles(
+        estimate(effects=[drag]), estimate(), None, pictures, stills, "<h2>The throws</h2>"
+    )
+    assert names[1:] == [
+        *("map.png", "The throws", "Other effects on the stones", "Film and track", "motion.png"),
+        *("Comparison with the paper's method", "Fit of each throw"),
+    ]
+    assert "[<a>.mp4, 2.0 s]" in page
+    names, _ = titles(estimate(uniform=True), None, None, pictures, [], "")
+    assert names[1:] == ["motion.png", "Fit of each throw"]
+
+
+@pytest.mark.parametrize("mu", [0.0, -0.0005])
+def test_a_level_that_is_not_above_zero_has_no_per_cent(mu):
+    """The paper's method may find one; the cells are above zero all the same."""
+    lost = estimate(mu, interval=(-0.0011, 0.0012))
+    assert headline(lost) == f"This ice is keener than any curling ice: μ = {mu:.5f}."
+    assert module._facts(lost, Units.METRES)[0][1] == "friction μ, 95 %: -0.00110 to 0.00120"
+    assert cells_of(module._beside(estimate(), lost))[2][3] == ""
 
 
 # --- the draw -------------------------------------------------------------------------------------
