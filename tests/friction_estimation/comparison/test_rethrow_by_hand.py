@@ -99,7 +99,7 @@ def rested(rest=(0.0, 17.0), predicted=(0.0, 17.0), path_error: float = 0.0) -> 
         ),
     ],
 )
-def test_a_sentence_tells_errors_of_rest_and_their_mean(throws, words):
+def test_a_sentence_reports_errors_of_rest_and_their_mean(throws, words):
     assert Comparison(rethrows=tuple(throws), skipped=(), window=2.5).in_words() == words
 
 
@@ -229,7 +229,7 @@ def test_a_release_is_within_its_bounds_and_sweeping_lasts_from_first_to_last():
 
 @pytest.fixture
 def series(monkeypatch):
-    """What the search for the noise was given, instead of the search."""
+    """Series that the search for the noise is given, instead of the search."""
     given = SimpleNamespace(series=[], size=0.0, answer=(0.003, 0.002, 0.5))
 
     def search(series, size, *, memory):

@@ -220,7 +220,7 @@ def test_directions_that_hardly_inform_are_dropped(rng):
 def test_the_greedy_plan_takes_the_best_throw_each_time():
     """Brute force: every kind is tried by adding information, and the errors are its own."""
     sheet = replace(PAPER_SHEET, cell_size=1.5)
-    told = []
+    reported = []
     plan = design_throws(
         resolution=3.0,
         precision=0.03,
@@ -228,7 +228,7 @@ def test_the_greedy_plan_takes_the_best_throw_each_time():
         fps=1.5,
         sheet=sheet,
         noise=0.01,
-        progress=lambda words, share: told.append((words, share)),
+        progress=lambda words, share: reported.append((words, share)),
     )
     kinds = [
         ThrowKind(speed=speed, line=line, direction=direction)
@@ -254,8 +254,8 @@ def test_the_greedy_plan_takes_the_best_throw_each_time():
         assert error == pytest.approx(sizes[kind], rel=2e-3)
         covariance = after[kind]
     assert plan.error[-1] <= 0.03 < plan.error[-2]
-    assert told[-1] == ("choose throws", 1.0)
-    assert told[0] == ("choose throws", pytest.approx(0.03 / plan.error[0]))
+    assert reported[-1] == ("choose throws", 1.0)
+    assert reported[0] == ("choose throws", pytest.approx(0.03 / plan.error[0]))
     even = uniform_bound(
         [kind.speed for kind in plan.kinds],
         mu=MU,
