@@ -117,7 +117,7 @@ def _caption(found: Estimate, units: Units) -> str:
             f"from hog line to rest, {draw.hog_to_hog:.1f} s from hog line to hog line"
         )
     friction = found.ice.friction
-    if not found.uniform and friction.observed.any():
+    if found.mu > 0 and not found.uniform and friction.observed.any():
         mu = friction.mu[friction.observed]
         words += (
             f";  keenest cell that a stone crossed {per_cent(mu.min() / found.mu - 1)}, "

@@ -194,7 +194,7 @@ def headline(found: Estimate) -> str:
     """Return the ice in one sentence."""
     speed = _speed_in_words(found.mu)
     seen = found.ice.friction.observed
-    if found.uniform or not seen.any():
+    if found.uniform or found.mu <= 0 or not seen.any():
         return f"This ice is {speed}: μ = {found.mu:.5f}{_by_speed(found)}."
     mu = found.ice.friction.mu[seen]
     low, high = np.percentile(mu, [2, 98])
@@ -223,7 +223,9 @@ def _speed_in_words(mu: float) -> str:
 
 def _facts(found: Estimate, units: Units) -> list[tuple[str, str]]:
     low, high = found.interval
-    known = f"known to ± {50 * (high - low) / found.mu:.2g} %"
+    known = f"95 %: {low:.5f} to {high:.5f}"
+    if found.mu > 0:
+        known = f"known to ± {50 * (high - low) / found.mu:.2g} %"
     if not np.isfinite(found.sigma):
         known = "its error is unknown (lost to rounding)"
     pairs = [(f"{found.mu:.5f}", f"friction μ, {known}")]
@@ -288,8 +290,10 @@ def _beside(found: Estimate, plain: Estimate) -> str:
     for name, way in ways:
         low, high = way.interval
         seen = way.ice.friction.observed
-        mu = way.ice.friction.mu[seen] / way.mu
-        varies = "" if found.uniform else per_cent(float(mu.std())).lstrip("+")
+        varies = ""
+        if not found.uniform and way.mu > 0:
+            mu = way.ice.friction.mu[seen] / way.mu
+            varies = per_cent(float(mu.std())).lstrip("+")
         rows.append([name, f"{way.mu:.5f}", f"{low:.5f} to {high:.5f}", varies])
     head = ["", "μ", "95 % interval", "cells differ by"]
     return table(head, rows, numeric={1, 2, 3}) + (

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from curling_env.errors import TrackTooShortError
-from curling_env.ice import Ice
+from curling_env.ice import ActiveEffect, Ice
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.throw import MAX_SPEED
 from curling_env.trajectory import Trajectory
+from friction_estimation.comparison import gate_times as module
 from friction_estimation.comparison.gate_times import (
     GateComparison,
     GateRethrow,
@@ -137,3 +140,80 @@ def test_a_table_has_a_row_for_each_throw(tmp_path: Path) -> None:
         rows = list(csv.DictReader(file))
     assert [row["throw"] for row in rows] == ["1", "2"]
     assert float(rows[0]["predicted_kept"]) == 0.7
+
+
+@pytest.fixture
+def releases(monkeypatch):
+    """The releases that were thrown, and the positions at which each was stopped."""
+    thrown = []
+    whole = module.slide
+
+    def throw(ice, release, *, bounds, fps):
+        thrown.append((release, bounds))
+        return whole(ice, release, bounds=bounds, fps=fps)
+
+    monkeypatch.setattr(module, "slide", throw)
+    return thrown
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_throw_begins_before_the_first_hog_line_and_is_stopped_past_the_tee(releases, way):
+    track = replace(timed(way=way), stone=3, clock=77.0)
+    compare_gate_times([track, replace(track, throw=1)], Ice.uniform(MU))
+    release, bounds = releases[0]
+    assert (release.x, release.y) == (0.0, pytest.approx(-way * (HOG_LINE_Y + 0.3)))
+    assert (release.vx, release.theta, release.omega) == (0.0, 0.0, 0.9)
+    assert np.sign(release.vy) == way
+    assert (release.stone, release.clock, release.order) == (3, 77.0, 0)
+    assert bounds[3 if way > 0 else 2] == pytest.approx(way * (TEE_Y + 1.0))
+    # The last throw is to rest, wherever that is, and of the second in play.
+    release, bounds = releases[-1]
+    assert release.order == 1
+    assert np.isinf(bounds).all()
+
+
+def test_its_speed_takes_the_measured_time_from_hog_line_to_hog_line(releases):
+    """Coulomb friction: v takes v² − 2as to slow over s, and the rest by the school formula."""
+    lines = (-HOG_LINE_Y, HOG_LINE_Y)
+    (found,) = compare_gate_times([timed(speed=2.6, lines=lines)], Ice.uniform(2 * MU)).rethrows
+    drag = 2 * MU * G
+
+    def seconds(speed: float) -> float:
+        times = [
+            (speed - np.sqrt(speed**2 - 2 * drag * (along + HOG_LINE_Y + 0.3))) / drag
+            for line in lines
+            for along in line + EDGES
+        ]
+        return (times[2] + times[3] - times[0] - times[1]) / 2
+
+    speed = brentq(lambda v: seconds(v) - found.hog_to_hog_s, 2.87, 6.0)
+    assert found.speed == pytest.approx(speed, rel=0.002)
+
+
+def test_only_times_within_thirty_centimetres_of_a_line_are_of_its_gate():
+    near, far = timed(), timed()
+    moved = far.xy.copy()
+    moved[2, 1] = HOG_LINE_Y - 0.31
+    (found,) = compare_gate_times([replace(far, xy=moved)], Ice.uniform(MU)).rethrows
+    assert found.kept is found.kept_sigma is found.predicted_kept is None
+    assert found.hog_to_hog_s == pytest.approx(near.t[3] - near.t[:2].mean())
+    assert found.hog_to_tee_s == pytest.approx(near.t[4:].mean() - near.t[3])
+    # Three times at a line are no width of a stone.
+    third = near.only(np.array([0, 1, 2, 3]))
+    more = replace(
+        third,
+        t=np.insert(third.t, 3, third.t[2:].mean()),
+        xy=np.insert(third.xy, 3, third.xy[2:].mean(axis=0), axis=0),
+        **{"theta": np.full(5, np.nan), "swept": np.zeros(5), "sigma_t": np.full(5, 0.003)},
+    )
+    (found,) = compare_gate_times([more], Ice.uniform(MU)).rethrows
+    assert found.kept is None
+    assert found.hog_to_hog_s == pytest.approx(more.t[2:].mean() - more.t[:2].mean())
+
+
+def test_throws_wear_the_ice_for_those_after():
+    wear = ActiveEffect(name="pebble_wear", parameters={"rate": 0.0, "along_path": -0.1})
+    found = compare_gate_times([timed(), timed(throw=1)], Ice.uniform(MU, effects=(wear,)))
+    first, second = found.rethrows
+    assert second.predicted_kept > first.predicted_kept + 0.005
+    assert second.speed < first.speed

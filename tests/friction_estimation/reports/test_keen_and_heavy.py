@@ -130,3 +130,19 @@ def test_the_two_keenest_and_the_two_heaviest_parts_are_named():
     assert " and at the away end, in the middle (+6." in heavy
     assert words.endswith(").")
     assert words.count(" and at ") == 2
+
+
+def test_the_difference_of_a_named_part_is_in_per_cent_of_the_mean_cell():
+    """The corner is five per cent heavier than all else, but the mean is a little higher."""
+    corner = away_left()
+    share = EVEN.friction.mu[corner].size / EVEN.friction.mu.size
+    y, x = np.meshgrid(EVEN.sheet.y_centres, EVEN.sheet.x_centres, indexing="ij")
+    part = (y >= HOG_LINE_Y) & (x < -0.61)
+    changed = np.zeros(part.shape, dtype=bool)
+    changed[corner] = True
+    relative = (1 + 0.05 * changed[part].mean()) / (1 + 0.05 * share) - 1
+    words = f"Heavy at the away end, left (+{100 * relative:.1f} %)."
+    assert in_a_sentence(ice(1.05, corner)) == words
+    relative = (1 - 0.05 * changed[part].mean()) / (1 - 0.05 * share) - 1
+    words = f"Keen at the away end, left (−{-100 * relative:.1f} %)."
+    assert in_a_sentence(ice(0.95, corner)) == words

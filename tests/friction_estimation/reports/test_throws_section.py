@@ -17,7 +17,7 @@ from friction_estimation.reports import (
     throw_rows,
     write_measures,
 )
-from friction_estimation.reports.throws_section import rest_of, throws_section
+from friction_estimation.reports.throws_section import ThrowRows, rest_of, throws_section
 from friction_estimation.tracks import Measured, ThrowMeasures, ThrowNote
 
 
@@ -134,3 +134,120 @@ def test_the_command_shows_the_table(curling, sliding, tmp_path):
     refused = curling("throws", tmp_path / "tracks.csv", "-o", notes)
     assert "notes of the throws" in refused.complaint
     assert notes.read_text() == "athlete\nAnn\n"
+
+
+@pytest.mark.parametrize(
+    ("past", "shown"),
+    [
+        # A stone that touches the far hog line is in play, and one that bites the house counts.
+        (-6.401 + 0.14, "hogged: 6.26 m short of the tee"),
+        (-6.401 + 0.15, "6.25 m short of the tee"),
+        (1.829 + 0.13, "1.96 m past the tee"),
+        (1.829 + 0.15, "through the house: 1.98 m past the tee"),
+        (-6.401, "hogged: 6.40 m short of the tee"),
+    ],
+)
+def test_a_stone_counts_where_its_rim_does(past, shown):
+    assert rest_of(thrown(right=0.3, past=past, from_tee=7.0)) == f"{shown}, 30 cm right"
+
+
+@pytest.mark.parametrize("name", ["right", "past", "from_tee"])
+def test_a_rest_that_is_partly_unknown_is_not_described(name):
+    numbers = {"right": 0.3, "past": 0.4, "from_tee": 0.5}
+    del numbers[name]
+    assert rest_of(thrown(**numbers)) == "–"
+
+
+def test_the_pin_ends_at_five_centimetres():
+    assert rest_of(thrown(right=0.03, past=0.03, from_tee=0.049)) == "on the pin"
+    assert rest_of(thrown(right=0.05, past=-0.02, from_tee=0.051)) == (
+        "2 cm short of the tee, 5 cm right"
+    )
+    assert rest_of(thrown(right=0.05, past=0.02, from_tee=0.051), short=True) == (
+        "2 cm past, 5 cm right"
+    )
+
+
+@pytest.mark.parametrize(
+    ("spin", "shown"),
+    [
+        (0.0999, "hardly turns"),
+        (0.1001, "out-turn ↺"),
+        (-0.1001, "in-turn ↻"),
+        ((0.29, 0.1), "hardly turns"),
+        ((0.31, 0.1), "out-turn ↺"),
+    ],
+)
+def test_a_handle_needs_a_tenth_of_a_radian_and_three_standard_errors(spin, shown):
+    assert handle_of(thrown(spin=spin)) == shown
+
+
+def test_curls_against_the_turn_and_their_limits():
+    house = 2 * 1.829
+    throws = [
+        thrown(0, curl=0.2, spin=-1.0, from_tee=house - 0.01),
+        thrown(1, curl=9.0, spin=-1.0, from_tee=house + 0.01),
+        thrown(2, curl=9.0, spin=-0.099, from_tee=1.0),
+        thrown(3, curl=-0.5, spin=-0.101, from_tee=1.0),
+        thrown(4, curl=-0.3, spin=1.0, from_tee=1.0),
+        thrown(5, curl=0.1, spin=1.0, from_tee=1.0),
+        thrown(6, spin=1.0, from_tee=1.0),
+        thrown(7, curl=0.4, from_tee=1.0),
+        thrown(8, curl=0.4, spin=1.0),
+    ]
+    assert curl_in_words(throws) == [
+        "Curl of draws into or near the house: in-turn 0.15 m in 2 draws (from 0.20 m to 0.50 m); "
+        "out-turn 0.10 m against its turn in 2 draws (from 0.30 m to 0.10 m)."
+    ]
+
+
+def test_errors_of_times_are_their_medians_from_a_millisecond_on():
+    throws = [
+        thrown(0, hog_to_hog=(14.0, 0.002), back_to_hog=(3.5, 0.0004)),
+        thrown(1, hog_to_hog=(14.0, 0.004)),
+        thrown(2, hog_to_hog=(14.0, 0.9), back_to_hog=3.5),
+        thrown(3),
+    ]
+    page = throws_section(throws)
+    assert (
+        "Known are hog to hog to about 0.004 s and back line to hog to about 0.001 s "
+        "(one standard error)." in page
+    )
+    assert "Known are" not in throws_section([thrown(0, hog_to_hog=14.0)])
+
+
+def test_times_are_shown_to_what_is_known():
+    given = (
+        thrown(0, hog_to_hog=(14.236, 0.0199), line=(0.001, 0.01)),
+        thrown(1, hog_to_hog=(14.236, 0.02), line=-0.5),
+        thrown(2, hog_to_hog=14.236, hog_to_tee=(20.55, 0.3)),
+    )
+    shown = throw_rows(given)
+    times = {name: [row[k] for row in shown.rows] for k, name in enumerate(shown.head)}
+    assert times["hog to hog"] == ["14.24 s", "14.2 s", "14.24 s"]
+    assert times["line"] == ["on the line", "50 cm left", "–"]
+    assert times["hog to tee"][:2] == ["–", "–"]
+    assert [shown.head[k] for k in sorted(shown.numeric)] == ["throw", "hog to hog", "hog to tee"]
+
+
+def test_a_terminal_table_is_aligned():
+    rows = ThrowRows(head=["throw", "of"], rows=[["1", "Ann"], ["12", "B"]], numeric={0})
+    assert as_text(rows) == "throw  of\n    1  Ann\n   12  B"
+
+
+def test_measures_are_written_with_more_columns(tmp_path):
+    write_measures(
+        tmp_path / "t.csv",
+        [thrown(0, speed=2.1234567), thrown(1)],
+        {1: ThrowNote(stone="red 3")},
+        {"hit": ["x", None], "number": [None, 1.2345678]},
+    )
+    table = read_table(tmp_path / "t.csv", required=("speed", "hit", "number", "stone_name"))
+    assert table.numbers("speed", blank=True).tolist() == pytest.approx(
+        [2.12346, np.nan], nan_ok=True
+    )
+    assert table.text("hit") == ["x", ""]
+    assert table.numbers("number", blank=True).tolist() == pytest.approx(
+        [np.nan, 1.23457], nan_ok=True
+    )
+    assert table.text("stone_name") == ["", "red 3"]
