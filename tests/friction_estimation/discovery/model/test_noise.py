@@ -227,7 +227,7 @@ def asked(monkeypatch):
     """Throws and channels of which a noise was asked for, which is then their number."""
     calls = []
 
-    def channel(session, residuals, chosen, channels, before, slow):
+    def channel(session, residuals, fast, chosen, channels, before, slow):
         calls.append((chosen.tolist(), channels, before, slow))
         return tuple(float(10 * k + channels[0]) for k in (1, 2, 3))
 
