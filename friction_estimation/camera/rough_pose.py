@@ -188,17 +188,8 @@ class RoughSearch:
             np.take((k[:, 1:] + k[:, :-1]) / 2, self._edges, axis=1).astype(np.float32)
             for k in (u, v)
         )
-        du, dv = (
-            cv2.remap(
-                slope,
-                middle_u,
-                middle_v,
-                cv2.INTER_LINEAR,
-                borderMode=cv2.BORDER_CONSTANT,
-                borderValue=0,
-            )
-            for slope in self._slopes
-        )
+        # The picture is flat beyond its rim.
+        du, dv = (cv2.remap(k, middle_u, middle_v, cv2.INTER_LINEAR) for k in self._slopes)
         with np.errstate(divide="ignore", invalid="ignore"):
             length = np.sqrt(along_u * along_u + along_v * along_v)
             change = (du * -along_v + dv * along_u) / length

@@ -61,7 +61,7 @@ def test_throws_and_choices_are_read_as_they_were_written(saved: Path) -> None:
 
 
 def test_labels_that_older_releases_wrote_once_per_throw_are_repeated(saved: Path) -> None:
-    """For each of the rows of a throw, as many as their number says."""
+    """Each throw gets its labels in all of its rows."""
     rewritten(
         saved,
         rows=np.array([5, 8]),
