@@ -1,20 +1,20 @@
 """Train the network that finds stones and people in pictures of the ice.
 
-    python scripts/train_detector.py -o runs/detector            # about an hour of one core
+    python scripts/train_detector.py -o runs/detector            # about two hours of two cores
     python scripts/train_detector.py -o runs/detector --keep     # and put it into the package
 
-It learns from drawn pictures alone (`learn.rink_patches`), with fixed seeds. The patches are
-kept in the folder, so that a repeated run need not draw them again. After each stage the
-network is tested on unseen patches, and written as `stones.onnx` for `cv2.dnn`.
+It learns from drawn pictures alone (`learn.rink_patches`), with fixed seeds. After each stage the
+network is written for `cv2.dnn` and tested on unseen patches. Patches and networks are kept in the
+folder: a repeated run continues after the last stage that is there.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import shutil
 import warnings
-from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -36,7 +36,7 @@ CHUNK, HELD_OUT, BATCH = 500, 1_000, 32
 
 
 class Stage(NamedTuple):
-    """Patches drawn for a stage of the training, and steps on all patches drawn until then."""
+    """Patches drawn for a stage of the training, and steps on them."""
 
     patches: int
     harder: bool
@@ -44,7 +44,11 @@ class Stage(NamedTuple):
     rate: float
 
 
-STAGES = (Stage(24_000, False, 9_000, 4e-3), Stage(12_000, True, 3_500, 2e-3))
+STAGES = (
+    Stage(24_000, False, 9_000, 4e-3),
+    Stage(12_000, True, 3_500, 1e-3),
+    Stage(28_000, True, 5_000, 8e-4),
+)
 SPOT_PX = 2.2
 """Standard deviation of the spot that marks a stone in the heat map [px]."""
 PEOPLE_WEIGHT = 0.3
@@ -55,13 +59,19 @@ class StoneNetwork(nn.Module):
     """A U-Net that maps (n, 3, H, W) RGB in -0.5 to 0.5 to (n, 2, H/2, W/2) logits.
 
     The first channel is high at the centres of stones on the ice, the second where people are.
+
+    Parameters
+    ----------
+    normalised : whether a normalisation follows each convolution; a network that is read from a
+        file has none, because its convolutions contain them
     """
 
-    def __init__(self) -> None:
+    def __init__(self, normalised: bool = True) -> None:
         super().__init__()
         a, b, c, d = WIDTHS
-        self.down = nn.ModuleList([_block(3, a), _block(a, b), _block(b, c), _block(c, d)])
-        self.up = nn.ModuleList([_block(d + c, c), _block(c + b, b)])
+        block = partial(_block, normalised=normalised)
+        self.down = nn.ModuleList([block(3, a), block(a, b), block(b, c), block(c, d)])
+        self.up = nn.ModuleList([block(d + c, c), block(c + b, b)])
         self.head = nn.Conv2d(b, 2, 1)
         self.head.bias = nn.Parameter(torch.full((2,), -3.0))
 
@@ -75,11 +85,13 @@ class StoneNetwork(nn.Module):
         return self.head(x)
 
 
-def _block(inside: int, outside: int) -> nn.Sequential:
+def _block(inside: int, outside: int, *, normalised: bool) -> nn.Sequential:
     layers: list[nn.Module] = []
     for channels in (inside, outside):
-        convolution = nn.Conv2d(channels, outside, 3, padding=1, bias=False)
-        layers += [convolution, nn.BatchNorm2d(outside), nn.ReLU(inplace=True)]
+        layers.append(nn.Conv2d(channels, outside, 3, padding=1, bias=not normalised))
+        if normalised:
+            layers.append(nn.BatchNorm2d(outside))
+        layers.append(nn.ReLU(inplace=True))
     return nn.Sequential(*layers)
 
 
@@ -104,12 +116,12 @@ def draw_chunk(seed: int, harder: bool, folder: Path) -> Path:
     return path
 
 
-def draw_patches(stages: Sequence[Stage], folder: Path, workers: int) -> dict[str, np.ndarray]:
-    """Draw the patches of some stages, or read them; the last `HELD_OUT` are not for training."""
-    harder = [stage.harder for stage in stages for _ in range(stage.patches // CHUNK)]
-    draw = partial(draw_chunk, folder=folder)
+def draw_patches(number: int, folder: Path, workers: int) -> dict[str, np.ndarray]:
+    """Draw the patches of a stage, or read them; the last `HELD_OUT` are not for training."""
+    first, last = (sum(s.patches for s in STAGES[:k]) // CHUNK for k in (number, number + 1))
+    draw = partial(draw_chunk, harder=STAGES[number].harder, folder=folder)
     with ProcessPoolExecutor(workers) as pool:
-        paths = list(tqdm(pool.map(draw, range(len(harder)), harder), "draw", len(harder)))
+        paths = list(tqdm(pool.map(draw, range(first, last)), "draw", last - first))
     parts = [np.load(path) for path in paths]
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0].files}
 
@@ -127,9 +139,8 @@ def train(network: Any, patches: dict[str, np.ndarray], stage: Stage, seed: int)
     bar = tqdm(range(stage.steps), "train")
     for _ in bar:
         picture, spots, people = _batch(patches, rng.integers(0, count, BATCH), rng)
-        with torch.autocast("cpu", torch.bfloat16):
-            out = network(picture.contiguous(memory_format=torch.channels_last))
-        loss = _loss(out.float(), spots, people)
+        out = network(picture.contiguous(memory_format=torch.channels_last))
+        loss = _loss(out, spots, people)
         optimiser.zero_grad()
         loss.backward()
         optimiser.step()
@@ -142,25 +153,67 @@ def train(network: Any, patches: dict[str, np.ndarray], stage: Stage, seed: int)
 def _batch(
     patches: dict[str, np.ndarray], chosen: np.ndarray, rng: np.random.Generator
 ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    """Return random pictures, mirrored and recoloured, with heat maps and masks of people."""
-    picture = patches["pictures"][chosen].astype(np.float32) / 255 - 0.5
-    people = patches["people"][chosen].astype(np.float32) / 255
-    stones = patches["stones"][chosen].copy()
-    if rng.random() < 0.5:
-        picture, people = picture[:, :, ::-1], people[:, :, ::-1]
-        stones[..., 0] = PATCH_PX - 1 - stones[..., 0]
-    picture = picture[..., rng.permutation(3)] * rng.uniform(0.7, 1.2) + rng.uniform(-0.1, 0.1)
-    y, x = np.mgrid[:PATCH_PX:2, :PATCH_PX:2] + 0.5
-    away = (x - stones[..., 0, None, None]) ** 2 + (y - stones[..., 1, None, None]) ** 2
-    spots = np.nan_to_num(np.exp(-away / (2 * SPOT_PX**2))).max(axis=1)
-    arrays = (picture.transpose(0, 3, 1, 2), spots, people[:, ::2, ::2])
+    """Return pictures, each varied at random, with heat maps and masks of people."""
+    varied = [
+        vary(patches["pictures"][k], patches["people"][k], patches["stones"][k], rng)
+        for k in chosen
+    ]
+    pictures, people, stones = (np.array(part) for part in zip(*varied, strict=True))
+    spots = heat_map(stones)
+    arrays = (pictures.transpose(0, 3, 1, 2) / 255 - 0.5, spots, people[:, ::2, ::2] / 255)
     made = [torch.from_numpy(np.ascontiguousarray(a, dtype=np.float32)) for a in arrays]
     return made[0], made[1], made[2]
 
 
+def heat_map(stones: np.ndarray) -> np.ndarray:
+    """Return maps of half the size of patches, 1 at the pixel next to a stone, lower around it.
+
+    Parameters
+    ----------
+    stones : (n, k, 2) centres in each patch [px]; NaN for none
+    """
+    y, x = np.mgrid[:PATCH_PX:2, :PATCH_PX:2] + 0.5
+    away = (x - stones[..., 0, None, None]) ** 2 + (y - stones[..., 1, None, None]) ** 2
+    spots = np.nan_to_num(np.exp(-away / (2 * SPOT_PX**2)))
+    highest = spots.max(axis=(2, 3), keepdims=True)
+    return np.where(spots == highest, highest > 0, spots).max(axis=1)
+
+
+def vary(
+    picture: np.ndarray, people: np.ndarray, stones: np.ndarray, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mirror, turn, move and recolour a patch at random; stones that leave it become NaN.
+
+    A network that saw the same patches again would learn them by heart.
+    """
+    middle, size = (PATCH_PX - 1) / 2, (PATCH_PX, PATCH_PX)
+    turn = cv2.getRotationMatrix2D(
+        (middle, middle), rng.normal(0, 8), math.exp(rng.normal(0, 0.06))
+    )
+    turn[:, 2] += rng.uniform(-16, 16, 2)
+    if rng.random() < 0.5:
+        turn = turn @ np.array([[-1.0, 0.0, 2 * middle], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    moved = stones @ turn[:, :2].T + turn[:, 2]
+    inside = ((moved > -0.5) & (moved < PATCH_PX - 0.5)).all(axis=1)
+    moved[~inside] = np.nan
+    seen, person = (
+        cv2.warpAffine(part, turn, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        for part in (picture, people)
+    )
+    seen = seen[..., rng.permutation(3)].astype(np.float32)
+    if rng.random() < 0.2:
+        seen = cv2.GaussianBlur(seen, (0, 0), rng.uniform(0.3, 1.0))
+    if rng.random() < 0.3:
+        seen += rng.normal(0, rng.uniform(1, 8), seen.shape)
+    grey = seen.mean(axis=2, keepdims=True, dtype=np.float32)
+    seen = grey + (seen - grey) * rng.uniform(0.5, 1.2)
+    seen = seen * rng.uniform(0.7, 1.2, 3) ** 0.5 * rng.uniform(0.8, 1.15) + rng.uniform(-20, 20)
+    return np.clip(seen, 0, 255), person, moved
+
+
 def _loss(out: torch.Tensor, spots: torch.Tensor, people: torch.Tensor) -> torch.Tensor:
     """Focal loss of the heat map (Zhou et al., Objects as Points, 2019) plus entropy of people."""
-    score, centre = torch.sigmoid(out[:, 0]), (spots > 0.95).float()
+    score, centre = torch.sigmoid(out[:, 0]), (spots == 1.0).float()
     hit = centre * (1 - score) ** 2 * functional.logsigmoid(out[:, 0])
     miss = (1 - centre) * (1 - spots) ** 4 * score**2 * functional.logsigmoid(-out[:, 0])
     stones = -(hit + miss).sum() / centre.sum().clamp(min=1)
@@ -179,6 +232,20 @@ def write_onnx(network: StoneNetwork, path: Path) -> None:
             network, (empty,), path, input_names=["picture"], output_names=["logits"],
             dynamic_axes=free, opset_version=13, dynamo=False,
         )  # fmt: skip
+
+
+def read_onnx(path: Path) -> StoneNetwork:
+    """Read a written network, to go on training it."""
+    network = StoneNetwork(normalised=False)
+    to = [layer for layer in network.modules() if isinstance(layer, nn.Conv2d)]
+    file = cv2.dnn.readNetFromONNX(str(path), cv2.dnn.ENGINE_CLASSIC)
+    layers = [file.getLayer(file.getLayerId(name)) for name in file.getLayerNames()]
+    weights = [layer.blobs for layer in layers if layer.type == "Convolution"]
+    for layer, (weight, bias) in zip(to, weights, strict=True):
+        layer.load_state_dict(
+            {"weight": torch.from_numpy(weight), "bias": torch.from_numpy(bias.ravel())}
+        )
+    return network
 
 
 def try_out(detector: Detector, patches: dict[str, np.ndarray]) -> dict[str, float]:
@@ -217,19 +284,17 @@ def main() -> None:
     torch.set_num_threads(arguments.workers)
     torch.manual_seed(0)
 
-    network, path = StoneNetwork(), folder / NETWORK_FILE.name
+    results = [folder / f"stage-{k}.onnx" for k in range(len(STAGES))]
     for k, stage in enumerate(STAGES):
-        patches = draw_patches(STAGES[: k + 1], folder, arguments.workers)
-        trained = folder / f"stage-{k}.pt"
-        if trained.exists():
-            network.load_state_dict(torch.load(trained, weights_only=True))
-        else:
-            train(network, patches, stage, seed=k)
-            torch.save(network.state_dict(), trained)
-        write_onnx(network.eval(), path)
-        print(json.dumps(try_out(Detector(path), patches), indent=1))
+        if results[k].exists():
+            continue
+        network = read_onnx(results[k - 1]) if k else StoneNetwork()
+        patches = draw_patches(k, folder, arguments.workers)
+        train(network, patches, stage, seed=k)
+        write_onnx(network.eval(), results[k])
+        print(json.dumps(try_out(Detector(results[k]), patches), indent=1))
     if arguments.keep:
-        shutil.copyfile(path, NETWORK_FILE)
+        shutil.copyfile(results[-1], NETWORK_FILE)
 
 
 if __name__ == "__main__":

@@ -87,7 +87,8 @@ def draw_patch(rng: Generator, harder: bool = False) -> Patch:
 
     Parameters
     ----------
-    harder : handles often have the colour of the paint beneath, and people's heads look like stones
+    harder : handles often have the most vivid colour of the paint beneath stones, granite its
+        brightness, and people's heads look like stones
     """
     scene = _Scene.random(rng)
     scene.look_at(_paint_ice(rng, int(scene.size * 1.5), scene.metre_px))
@@ -407,9 +408,12 @@ def _draw_stones(rng: Generator, scene: _Scene, stones: list[Floats], alike: boo
     """Draw stones of one rink: two handle colours, one kind of granite, one light."""
     teams = [_colour(rng, 0.85), _colour(rng, 0.85)]
     if alike and stones and rng.random() < 0.7:
-        x, y = np.clip(scene.px(stones[rng.integers(len(stones))]), 0, scene.size - 1).astype(int)
-        teams[0] = scene.picture[y, x] * rng.uniform(0.6, 1.2)
+        beneath = [_colour_at(scene, place) for place in stones]
+        teams[0] = max(beneath, key=np.ptp) * rng.uniform(0.7, 1.15)
     granite = _grey(rng, 40, 200)
+    if alike and stones and rng.random() < 0.3:
+        paint = _colour_at(scene, stones[rng.integers(len(stones))])
+        granite = np.clip(np.full(3, paint.mean()) * rng.uniform(0.8, 1.2), 30, 200)
     shade, rim = rng.uniform(0.5, 1.05), rng.uniform(0.35, 0.95)
     cap = rng.uniform(0.45, 0.8) * RADIUS if rng.random() < 0.75 else 0.0
     ring, number, shine = rng.random() < 0.4, rng.random() < 0.3, rng.random() < 0.5
@@ -450,6 +454,12 @@ def _draw_stones(rng: Generator, scene: _Scene, stones: list[Floats], alike: boo
         if number:
             at = scene.px(place, HEIGHT + 0.02)
             _circle(scene.picture, at, 0.03 * scene.metre_px, _colour(rng))
+
+
+def _colour_at(scene: _Scene, place: Floats) -> Floats:
+    """Colour of the picture at a place on the ice."""
+    x, y = np.clip(scene.px(place), 0, scene.size - 1).astype(int)
+    return np.asarray(scene.picture[y, x], dtype=float)
 
 
 def _draw_person(rng: Generator, scene: _Scene, round_head: bool) -> None:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import torch
-from train_detector import StoneNetwork, write_onnx
+from learn.rink_patches import PATCH_PX
+from train_detector import StoneNetwork, heat_map, read_onnx, vary, write_onnx
 
 from friction_estimation.tracking.detection.detector import DOUBTFUL, NETWORK_FILE, Detector
 
 
-def test_the_written_network_is_the_trained_one(tmp_path, rng):
+@pytest.fixture
+def network():
     torch.manual_seed(3)
     network = StoneNetwork()
     for layer in network.modules():
@@ -17,9 +20,21 @@ def test_the_written_network_is_the_trained_one(tmp_path, rng):
             layer.running_mean.uniform_(-0.2, 0.2)
             layer.running_var.uniform_(0.5, 2.0)
     network.head.bias.data += 3.0
-    write_onnx(network.eval(), tmp_path / "network.onnx")
-    picture = rng.integers(0, 256, (88, 120, 3)).astype(np.uint8)
-    seen = torch.from_numpy(picture[..., ::-1].transpose(2, 0, 1)[None] / 255 - 0.5).float()
+    return network.eval()
+
+
+@pytest.fixture
+def picture(rng):
+    return rng.integers(0, 256, (88, 120, 3)).astype(np.uint8)
+
+
+def as_seen(picture):
+    return torch.from_numpy(picture[..., ::-1].transpose(2, 0, 1)[None] / 255 - 0.5).float()
+
+
+def test_the_written_network_is_the_trained_one(tmp_path, network, picture):
+    write_onnx(network, tmp_path / "network.onnx")
+    seen = as_seen(picture)
     with torch.no_grad():
         both = network(seen) + network(seen.flip(3)).flip(3)
         stones = torch.sigmoid(both / 2)[0, 0].numpy()
@@ -30,6 +45,49 @@ def test_the_written_network_is_the_trained_one(tmp_path, rng):
     assert abs(found[0].score - highest) < 1e-5
     row, column = np.unravel_index(stones.argmax(), stones.shape)
     assert np.abs(found[0].px - (2 * np.array([column, row]) + 0.5)).max() < 4
+
+
+def test_training_goes_on_from_the_written_network(tmp_path, network, picture):
+    write_onnx(network, tmp_path / "network.onnx")
+    read = read_onnx(tmp_path / "network.onnx").eval()
+    with torch.no_grad():
+        before, after = network(as_seen(picture)), read(as_seen(picture))
+    assert float(before.std()) > 0.01
+    assert torch.allclose(before, after, atol=1e-5)
+    assert all(weight.requires_grad for weight in read.parameters())
+
+
+def test_a_varied_patch_has_its_stones_where_they_are_said_to_be(rng):
+    x, y = np.meshgrid(np.arange(PATCH_PX), np.arange(PATCH_PX))
+    places = np.array([[30.0, 50.0], [70.0, 20.0], [np.nan, np.nan]])
+    gone = mirrored = 0
+    for _ in range(60):
+        shown = []
+        for place in places[:2]:
+            spot = 220 * np.exp(-((x - place[0]) ** 2 + (y - place[1]) ** 2) / 18)
+            shown.append(np.repeat(spot[..., None], 3, axis=2).astype(np.uint8))
+        state = rng.bit_generator.state
+        for k, picture in enumerate(shown):
+            rng.bit_generator.state = state
+            seen, _, moved = vary(picture, picture[..., 0], places, rng)
+            if np.isnan(moved[k]).any():
+                gone += 1
+                continue
+            row, column = np.unravel_index(seen.sum(axis=2).argmax(), (PATCH_PX, PATCH_PX))
+            assert np.hypot(column - moved[k, 0], row - moved[k, 1]) < 2.5
+        mirrored += bool(moved[0, 0] > moved[1, 0])
+        assert np.isnan(moved[2]).all()
+    assert gone < 20
+    assert 15 < mirrored < 45
+
+
+def test_every_stone_has_one_highest_pixel_in_the_heat_map():
+    stones = np.array([[[10.3, 21.8], [40.0, 40.0], [np.nan, np.nan]], [[np.nan, np.nan]] * 3])
+    maps = heat_map(stones)
+    rows, columns = np.nonzero(maps[0] == 1)
+    assert maps.shape == (2, PATCH_PX // 2, PATCH_PX // 2)
+    assert set(zip(2 * columns + 0.5, 2 * rows + 0.5, strict=True)) == {(10.5, 22.5), (40.5, 40.5)}
+    assert maps[1].max() == 0
 
 
 def test_the_network_in_the_package_is_small():
