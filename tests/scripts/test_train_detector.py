@@ -57,7 +57,7 @@ def test_training_goes_on_from_the_written_network(tmp_path, network, picture):
     assert all(weight.requires_grad for weight in read.parameters())
 
 
-def test_a_varied_patch_has_its_stones_where_they_are_said_to_be(rng):
+def test_a_varied_patch_has_its_stones_where_its_labels_are(rng):
     x, y = np.meshgrid(np.arange(PATCH_PX), np.arange(PATCH_PX))
     places = np.array([[30.0, 50.0], [70.0, 20.0], [np.nan, np.nan]])
     gone = mirrored = 0
