@@ -15,6 +15,7 @@ import json
 import math
 import shutil
 import warnings
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -51,6 +52,10 @@ STAGES = (
 )
 SPOT_PX = 2.2
 """Standard deviation of the spot that marks a stone in the heat map [px]."""
+PRECISION = 0.97
+"""Share of stones among the detections in held-out patches that are called sure."""
+NEAR_PX = 5.0
+"""Maximum distance of a detection from its stone, a third of a stone's width [px]."""
 PEOPLE_WEIGHT = 0.3
 """Weight of people in the loss, beside stones."""
 
@@ -248,29 +253,53 @@ def read_onnx(path: Path) -> StoneNetwork:
     return network
 
 
+def calibrate(network: StoneNetwork, file: Path, patches: dict[str, np.ndarray]) -> None:
+    """Shift the scores of a network so that `PRECISION` of those from `SURE` on are stones.
+
+    Parameters
+    ----------
+    file : the network, as it was written
+    patches : of which the last `HELD_OUT` were not for training
+    """
+    found = [one for seen, _ in judged(Detector(file), patches) for one in seen]
+    score, off = np.array(sorted(found, reverse=True)).T
+    right = np.cumsum(off < NEAR_PX) / np.arange(1, len(off) + 1)
+    least = score[np.flatnonzero(right >= PRECISION)[-1]]
+    shift = math.log(SURE / (1 - SURE)) - math.log(least / (1 - least))
+    with torch.no_grad():
+        network.head.bias[0] += shift
+
+
 def try_out(detector: Detector, patches: dict[str, np.ndarray]) -> dict[str, float]:
     """Report found stones, false positives and position errors in the held-out patches."""
-    found, invented, total, off = 0, 0, 0, []
+    seen, counts = zip(*judged(detector, patches), strict=True)
+    off = np.array([off for some in seen for score, off in some if score >= SURE])
+    right, total = off[off < NEAR_PX], sum(counts)
+    return {
+        "stones": total,
+        "found_percent": 100 * len(right) / total,
+        "invented_percent": 100 * (len(off) - len(right)) / total,
+        "median_error_px": float(np.median(right)),
+        "rms_error_px": float(np.sqrt(np.mean(right**2))),
+    }
+
+
+def judged(
+    detector: Detector, patches: dict[str, np.ndarray]
+) -> Iterator[tuple[list[tuple[float, float]], int]]:
+    """Yield the detections of each held-out patch and the number of its stones.
+
+    A detection is its score and its distance from the nearest stone [px].
+    """
     for k in range(len(patches["pictures"]) - HELD_OUT, len(patches["pictures"])):
         picture = cv2.cvtColor(patches["pictures"][k], cv2.COLOR_RGB2BGR)
         stones = patches["stones"][k]
         stones = stones[np.isfinite(stones[:, 0])]
-        seen = np.array([one.px for one in detector.detect(picture) if one.score >= SURE]).reshape(
-            -1, 2
-        )
-        apart = np.linalg.norm(stones[:, None] - seen[None], axis=2)
-        hits = apart.min(axis=1) < 5 if seen.size and stones.size else np.zeros(len(stones), bool)
-        found += int(hits.sum())
-        total += len(stones)
-        invented += len(seen) - int(hits.sum())
-        off += list(apart.min(axis=1)[hits]) if hits.any() else []
-    return {
-        "stones": total,
-        "found_percent": 100 * found / total,
-        "invented_percent": 100 * invented / total,
-        "median_error_px": float(np.median(off)),
-        "rms_error_px": float(np.sqrt(np.mean(np.square(off)))),
-    }
+        seen = [
+            (one.score, float(np.linalg.norm(stones - one.px, axis=1).min(initial=np.inf)))
+            for one in detector.detect(picture)
+        ]
+        yield seen, len(stones)
 
 
 def main() -> None:
@@ -292,6 +321,8 @@ def main() -> None:
         patches = draw_patches(k, folder, arguments.workers)
         train(network, patches, stage, seed=k)
         write_onnx(network.eval(), results[k])
+        calibrate(network, results[k], patches)
+        write_onnx(network, results[k])
         print(json.dumps(try_out(Detector(results[k]), patches), indent=1))
     if arguments.keep:
         shutil.copyfile(results[-1], NETWORK_FILE)

@@ -28,7 +28,7 @@ STRIDE = 8
 """The network reduces a picture by powers of two to this part of its size."""
 SURE, DOUBTFUL = 0.45, 0.2
 """Minimum scores of a stone, and of a doubtful one: in held-out drawn pictures 97 % of the
-detections above the first were stones, and 42 % of those between both."""
+detections above the first were stones, and 31 % of those between both."""
 SURE_ON_BUTTON, BUTTON_REACH = 0.65, 0.08
 """Minimum score of a stone, and distance from a tee within which it applies [m]: if stones are
 small, the button looks like one."""
