@@ -29,9 +29,9 @@ STRIDE = 8
 SURE, DOUBTFUL = 0.45, 0.2
 """Minimum scores of a stone, and of a doubtful one: in held-out drawn pictures 97 % of the
 detections above the first were stones, and 31 % of those between both."""
-SURE_ON_BUTTON, BUTTON_REACH = 0.65, 0.08
-"""Minimum score of a stone, and distance from a tee within which it applies [m]: if stones are
-small, the button looks like one."""
+BUTTON_ODDS, BUTTON_REACH = 0.44, 0.08
+"""Odds of a stone over those that its picture alone gives, and distance from a tee within which
+this applies [m]: if stones are small, the button looks like one."""
 ERROR_PX = 0.9
 """Standard error of a place in each direction, in the pictures that the network sees [px]."""
 SCALE_STEP = 0.1
@@ -69,7 +69,7 @@ class DetectedPlace:
     xy : (2,) its place [m]
     covariance : (2, 2) of the place, without the camera's errors [m²]
     px : (2,) centre of its foot in the picture [px]
-    score, person : as in `Detection`
+    score, person : as in `Detection`; a stone on the button needs a clearer picture
     in_play : False beyond the back lines, where stones are parked
     """
 
@@ -83,8 +83,7 @@ class DetectedPlace:
     @property
     def is_sure(self) -> bool:
         """False for a doubtful candidate."""
-        to_tee = np.hypot(self.xy[0], abs(self.xy[1]) - TEE_Y)
-        return self.score >= (SURE_ON_BUTTON if to_tee < BUTTON_REACH else SURE)
+        return self.score >= SURE
 
 
 class Detector:
@@ -230,7 +229,7 @@ class OnIce:
                         xy=xy,
                         covariance=_covariance(self.camera, xy, factor),
                         px=px,
-                        score=one.score,
+                        score=_score_at(xy, one.score),
                         person=one.person,
                         in_play=bool(abs(xy[1]) < BACK_LINE_Y + self._model.radius),
                     )
@@ -239,6 +238,13 @@ class OnIce:
 
     def _width_px(self, xy: Floats) -> float:
         return float(stone_width_px(self.camera, xy[None], self._model)[0])
+
+
+def _score_at(xy: Floats, score: float) -> float:
+    """Score of a stone at a place on the ice, from that of its picture."""
+    if np.hypot(xy[0], abs(xy[1]) - TEE_Y) >= BUTTON_REACH:
+        return score
+    return BUTTON_ODDS * score / (BUTTON_ODDS * score + 1 - score)
 
 
 def stone_width_px(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
