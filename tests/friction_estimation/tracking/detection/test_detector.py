@@ -10,6 +10,7 @@ from learn.rink_patches import draw_patch
 from curling_env.sheet import PAPER_SHEET, TEE_Y
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
+from friction_estimation.tracking.detection import detector
 from friction_estimation.tracking.detection.detector import SURE, Detector, OnIce, stone_width_px
 
 MODEL = StoneModel(radius=0.145, height=0.1143)
@@ -83,3 +84,23 @@ def test_parts_at_the_rim_of_a_picture_may_be_narrow(end_camera):
     for x in range(0, 2300, 7):
         box = np.array([[[x, 900.0], [x + 5.0, 905.0]]])
         assert detector.detect(picture, box, mirrored=False) == []
+
+
+def test_a_stone_on_the_button_needs_a_clearer_picture(end_camera, monkeypatch):
+    """A distant button is as small and round as a stone."""
+    at_tee, beside = (0.0, -TEE_Y), (0.6, -TEE_Y)
+    picture = stones_before(end_camera, [at_tee, beside])
+
+    def scores():
+        found = OnIce(Detector(), end_camera, MODEL, PAPER_SHEET).detect(picture)
+        nearest = (
+            min(found, key=lambda one: np.linalg.norm(one.xy - place)) for place in (at_tee, beside)
+        )
+        return np.array([one.score for one in nearest])
+
+    score = scores()
+    monkeypatch.setattr(detector, "BUTTON_ODDS", 1.0)
+    of_pictures = scores()
+    assert score[1] == of_pictures[1] >= SURE
+    odds, of_picture = (value[0] / (1 - value[0]) for value in (score, of_pictures))
+    assert odds == pytest.approx(0.44 * of_picture)
