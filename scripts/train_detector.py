@@ -266,6 +266,7 @@ def calibrate(network: StoneNetwork, file: Path, patches: dict[str, np.ndarray])
     right = np.cumsum(off < NEAR_PX) / np.arange(1, len(off) + 1)
     least = score[np.flatnonzero(right >= PRECISION)[-1]]
     shift = math.log(SURE / (1 - SURE)) - math.log(least / (1 - least))
+    assert network.head.bias is not None
     with torch.no_grad():
         network.head.bias[0] += shift
 
