@@ -15,7 +15,6 @@ import json
 import math
 import shutil
 import warnings
-from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -261,46 +260,48 @@ def calibrate(network: StoneNetwork, file: Path, patches: dict[str, np.ndarray])
     file : the network, as it was written
     patches : of which the last `HELD_OUT` were not for training
     """
-    found = [one for seen, _ in judged(Detector(file), patches) for one in seen]
-    score, off = np.array(sorted(found, reverse=True)).T
-    right = np.cumsum(off < NEAR_PX) / np.arange(1, len(off) + 1)
+    score, away = np.array(sorted(judged(Detector(file), patches)[0], reverse=True)).T
+    right = np.cumsum(away < NEAR_PX) / np.arange(1, len(away) + 1)
     least = score[np.flatnonzero(right >= PRECISION)[-1]]
-    shift = math.log(SURE / (1 - SURE)) - math.log(least / (1 - least))
     assert network.head.bias is not None
     with torch.no_grad():
-        network.head.bias[0] += shift
+        network.head.bias[0] += math.log(SURE / (1 - SURE)) - math.log(least / (1 - least))
 
 
 def try_out(detector: Detector, patches: dict[str, np.ndarray]) -> dict[str, float]:
     """Report found stones, false positives and position errors in the held-out patches."""
-    seen, counts = zip(*judged(detector, patches), strict=True)
-    off = np.array([off for some in seen for score, off in some if score >= SURE])
-    right, total = off[off < NEAR_PX], sum(counts)
+    seen, total = judged(detector, patches)
+    score, away = np.array(seen).T
+    sure, right = score >= SURE, away < NEAR_PX
+    errors = away[sure & right]
     return {
         "stones": total,
-        "found_percent": 100 * len(right) / total,
-        "invented_percent": 100 * (len(off) - len(right)) / total,
-        "median_error_px": float(np.median(right)),
-        "rms_error_px": float(np.sqrt(np.mean(right**2))),
+        "found_percent": 100 * len(errors) / total,
+        "right_percent_of_sure": 100 * float(right[sure].mean()),
+        "right_percent_of_doubtful": 100 * float(right[~sure].mean()),
+        "median_error_px": float(np.median(errors)),
+        "rms_error_px": float(np.sqrt(np.mean(errors**2))),
     }
 
 
 def judged(
     detector: Detector, patches: dict[str, np.ndarray]
-) -> Iterator[tuple[list[tuple[float, float]], int]]:
-    """Yield the detections of each held-out patch and the number of its stones.
+) -> tuple[list[tuple[float, float]], int]:
+    """Return the detections in the held-out patches and the number of their stones.
 
     A detection is its score and its distance from the nearest stone [px].
     """
+    seen: list[tuple[float, float]] = []
+    total = 0
     for k in range(len(patches["pictures"]) - HELD_OUT, len(patches["pictures"])):
         picture = cv2.cvtColor(patches["pictures"][k], cv2.COLOR_RGB2BGR)
         stones = patches["stones"][k]
         stones = stones[np.isfinite(stones[:, 0])]
-        seen = [
-            (one.score, float(np.linalg.norm(stones - one.px, axis=1).min(initial=np.inf)))
-            for one in detector.detect(picture)
-        ]
-        yield seen, len(stones)
+        total += len(stones)
+        for one in detector.detect(picture):
+            away = np.linalg.norm(stones - one.px, axis=1)
+            seen.append((one.score, float(away.min(initial=np.inf))))
+    return seen, total
 
 
 def main() -> None:
@@ -321,9 +322,11 @@ def main() -> None:
         network = read_onnx(results[k - 1]) if k else StoneNetwork()
         patches = draw_patches(k, folder, arguments.workers)
         train(network, patches, stage, seed=k)
-        write_onnx(network.eval(), results[k])
-        calibrate(network, results[k], patches)
-        write_onnx(network, results[k])
+        draft = results[k].with_suffix(".draft.onnx")
+        write_onnx(network.eval(), draft)
+        calibrate(network, draft, patches)
+        write_onnx(network, draft)
+        draft.replace(results[k])
         print(json.dumps(try_out(Detector(results[k]), patches), indent=1))
     if arguments.keep:
         shutil.copyfile(results[-1], NETWORK_FILE)

@@ -5,8 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import torch
+import train_detector
 from learn.rink_patches import PATCH_PX
-from train_detector import StoneNetwork, heat_map, read_onnx, vary, write_onnx
+from train_detector import (
+    PRECISION,
+    StoneNetwork,
+    calibrate,
+    draw_chunk,
+    heat_map,
+    read_onnx,
+    try_out,
+    vary,
+    write_onnx,
+)
 
 from friction_estimation.tracking.detection.detector import DOUBTFUL, NETWORK_FILE, Detector
 
@@ -88,6 +99,23 @@ def test_every_stone_has_one_highest_pixel_in_the_heat_map():
     assert maps.shape == (2, PATCH_PX // 2, PATCH_PX // 2)
     assert set(zip(2 * columns + 0.5, 2 * rows + 0.5, strict=True)) == {(10.5, 22.5), (40.5, 40.5)}
     assert maps[1].max() == 0
+
+
+def test_scores_are_shifted_until_sure_detections_are_mostly_stones(tmp_path, monkeypatch):
+    for name in ("CHUNK", "HELD_OUT"):
+        monkeypatch.setattr(train_detector, name, 60)
+    patches = dict(np.load(draw_chunk(3, False, tmp_path)))
+    network, file = read_onnx(NETWORK_FILE).eval(), tmp_path / "network.onnx"
+    with torch.no_grad():
+        network.head.bias[0] += 1.5
+    write_onnx(network, file)
+    before = try_out(Detector(file), patches)["right_percent_of_sure"]
+    assert before < 100 * PRECISION - 3
+    calibrate(network, file, patches)
+    write_onnx(network, file)
+    after = try_out(Detector(file), patches)
+    assert 100 * PRECISION - 0.1 < after["right_percent_of_sure"] < 100 * PRECISION + 2
+    assert after["found_percent"] > 70
 
 
 def test_the_network_in_the_package_is_small():
