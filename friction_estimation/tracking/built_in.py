@@ -110,6 +110,8 @@ def track_film(
         steady.frames(), f"track {steady.path.name}", progress, steady.frame_count
     )
     follow(frames, thrown, hit, others, ice, refined.camera, options)
+    if not thrown.measured_on_its_way:
+        raise _no_stone(appearance, steady.path)
     found = assemble_all(thrown, hit, others, refined)
     if found is None:
         raise InputError("the thrown stone is seen in fewer than five frames", source=steady.path)

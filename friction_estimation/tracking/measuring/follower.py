@@ -108,6 +108,16 @@ class Follower:
         self._update(t, strays[0])
         return strays[0]
 
+    @property
+    def measured_on_its_way(self) -> bool:
+        """Whether the stone was measured on at least half the way on which it was found.
+
+        The path of a person may lead to a stone; no stone of this look is measured on the way.
+        """
+        places = [fit.xy for fit in self.measured.fits if fit is not None]
+        found = np.hypot(*(self.path.xy[-1] - self.path.xy[0]))
+        return not places or bool(2 * np.hypot(*(places[-1] - places[0])) >= found)
+
     def posed(self, t: float) -> PosedStone:
         """Expected pose in a frame, for its neighbours."""
         place = self.path.at(t)[0]
