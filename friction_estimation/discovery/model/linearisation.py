@@ -41,10 +41,11 @@ def gram_matrix(session: Session, noise: SessionNoise, i: int, columns: Floats) 
     Parameters
     ----------
     session, noise : throws, and the noise that whitens
-    columns : (n, 3, m) values for x, y and theta; the last column is NaN where nothing was measured
+    columns : (n, 3, m) values for x, y and theta, which are overwritten; the last column is NaN
+        where nothing was measured
     """
     rows, m = session.rows(i), columns.shape[2]
-    work = np.array(columns, order="C")
+    work = np.ascontiguousarray(columns)
     whiten_throw(work, session.times[rows], session.sigma[rows], noise.table(), np.empty(m))
     flat = work.reshape(-1, m)
     return flat.T @ flat
@@ -149,7 +150,7 @@ class Linearisation:
         model, ln_factors : as of the class
         states : (k, 6) releases there
         columns : (n, 3, 7 + P + 1) for each throw, derivatives of x, y and heading, as of
-            `sensitivities`, and what is left of them, NaN where not measured
+            `sensitivities`, and what is left of them, NaN where not measured; overwritten
         """
         grams = np.array([gram_matrix(session, noise, i, each) for i, each in enumerate(columns)])
         # Without a heading only the last metres show the spin, which reduces the drag of the band.

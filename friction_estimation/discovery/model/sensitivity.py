@@ -107,7 +107,8 @@ class Sensitivities:
     Parameters
     ----------
     predicted : (rows, 6) states
-    differences : place of the first column -> (rows, 3, ·) derivatives
+    differences : place of the first column -> (rows, 3, ·) derivatives, without those by friction
+        if there is a map
     patterns : (n, r) of the friction map at the instants of `paths`; None for a model without
     map_place : place of their first column
     paths : how the paths respond to friction; None for a model without a map
@@ -124,9 +125,12 @@ class Sensitivities:
         own = {place: part[rows] for place, part in self.differences.items()}
         if self.paths is not None and self.patterns is not None:
             at = self.paths.instants_of_throw(i)
-            own[self.map_place] = self.paths.responses_of_throw(
-                i, self.paths.friction[at], self.patterns[at]
-            )
+            # Overall friction is also a constant map. If it were differentiated in another way, the
+            # difference of the two would act as information, and fits would drift along it.
+            sizes = np.insert(self.patterns[at], 0, 1.0, axis=1)
+            response = self.paths.responses_of_throw(i, self.paths.friction[at], sizes)
+            own[6] = own[7] = response[:, :, :1]
+            own[self.map_place] = response[:, :, 1:]
         return np.concatenate([*(own[place] for place in sorted(own)), *further], axis=2)
 
 
@@ -190,9 +194,6 @@ def sensitivities_by_throw(
         return Sensitivities(predicted=base, differences=found)
     elsewhere = [other[at_instants] for other in moved]
     paths = _linearised(model, session, ln_factors, instants, true[at_instants], elsewhere)
-    # It is also a constant map. If it were differentiated in another way, the difference of the two
-    # would act as information, and fits would drift along it.
-    found[6] = found[7] = paths.responses(paths.friction, np.ones((len(paths.xy), 1)))
     return Sensitivities(
         predicted=base,
         differences=found,

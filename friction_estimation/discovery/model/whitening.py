@@ -50,9 +50,10 @@ def whiten_series(
         variance = predicted + white * white
         gain = predicted / variance
         scale = 1.0 / np.sqrt(variance)
+        weight = 1.0 / sigma[i]  # a product per column is faster than a quotient
         for j in range(m):
             expected = keep * state[j]
-            innovation = columns[i, j] / sigma[i] - expected
+            innovation = weight * columns[i, j] - expected
             state[j] = expected + gain * innovation
             columns[i, j] = innovation * scale
         prior = (1.0 - gain) * predicted
