@@ -237,8 +237,8 @@ def fit(
             here = linear.deviance()
         if present is not None and not here < present.deviance + 1e-6:
             damping *= 0.3
-            # The remaining gain is below the tolerance.
-            if damping < 0.02 or here - present.deviance < CONVERGED:
+            # Releases alone have no shorter step. Otherwise the gain is below the tolerance.
+            if not shared or damping < 0.02 or here - present.deviance < CONVERGED:
                 break
         else:
             falls.append(present.deviance - here if present is not None else np.inf)
