@@ -225,7 +225,7 @@ def fit(
     states = session.first_states.copy() if states is None else states.copy()
     ln_factors = np.zeros(len(session)) if ln_factors is None else ln_factors.copy()
     present: Point | None = None
-    damping, arrives = 1.0, False
+    damping, arrives, least = 1.0, False, np.inf
     falls: list[float] = []
     for number in range(1, iterations + 1):
         # In too large a step stones may diverge until numbers overflow; such a step is rejected.
@@ -236,9 +236,11 @@ def fit(
                 linear = replace(linear, model=replace(model, spread=spread))
             here = linear.deviance()
         if present is not None and not here < present.deviance + 1e-6:
-            damping *= 0.3
+            rise, promised = here - present.deviance, present.deviance - least
+            # The parabola through this rise, with the promised slope, is least at a shorter step.
+            damping *= max(0.1, 1.0 / (2.0 + rise / max(damping * promised, 1e-9)))
             # Releases alone have no shorter step. Otherwise the gain is below the tolerance.
-            if not shared or damping < 0.02 or here - present.deviance < CONVERGED:
+            if not shared or damping < 0.02 or rise < CONVERGED:
                 break
         else:
             falls.append(present.deviance - here if present is not None else np.inf)

@@ -360,19 +360,23 @@ def steps_of(monkeypatch):
 
 
 def test_a_step_after_which_the_fit_is_worse_is_repeated_shorter(steps_of):
-    """A third as long each time; after a better one steps grow again, and only a whole one ends."""
-    values = [100.0, 50.0, 80.0, 60.0, 45.0, 44.99, 44.98, 44.97]
-    steps, last = steps_of(values, iterations=20)
+    """At the least of the parabola; after a better one steps grow again, and only a whole one ends.
+
+    A rise by 30 with a promised fall by 10 is -20 d + 50 d²; one by 10 at 0.2 is -20 d + 350 d².
+    """
+    values = [100.0, 50.0, 80.0, 60.0, 45.0, 44.99, 44.98, 44.97, 44.96]
+    steps, last = steps_of(values, shared=True, iterations=20)
     assert steps == [
         (100, 1),
         (50, 1),
-        (50, 0.3),
-        (50, 0.09),
-        (45, 0.27),
-        (44.99, 0.81),
-        (44.98, 1),
+        (50, 0.2),
+        (50, 0.028571),
+        (45, 0.085714),
+        (44.99, 0.257143),
+        (44.98, 0.771429),
+        (44.97, 1),
     ]
-    assert last == (44.97, 1.0, False)
+    assert last == (44.96, 1.0, False)
 
 
 def test_a_fit_ends_after_a_whole_step_that_gains_nothing_and_not_before(steps_of):
@@ -382,16 +386,22 @@ def test_a_fit_ends_after_a_whole_step_that_gains_nothing_and_not_before(steps_o
 
 
 def test_a_worse_step_that_might_gain_nothing_is_the_last(steps_of):
-    steps, last = steps_of([100.0, 60.0, 60.04], iterations=20)
+    steps, last = steps_of([100.0, 60.0, 60.04], shared=True, iterations=20)
     assert steps == [(100.0, 1.0), (60.0, 1.0)]
     assert last[0] == 60.0
-    # Otherwise steps are shortened three times more, to a thirtieth.
-    steps, last = steps_of([100.0, 60.0, 90.0, 90.0, 90.0, 90.0], iterations=20)
-    assert [damping for _, damping in steps] == [1.0, 1.0, 0.3, 0.09, 0.027]
+    # Otherwise steps are shortened further, to a tenth at most each time, and to a fiftieth.
+    steps, last = steps_of([100.0, 60.0, 90.0, 90.0, 90.0], shared=True, iterations=20)
+    assert [damping for _, damping in steps] == [1.0, 1.0, 0.2, 0.02]
     assert last == (60.0, 1.0, False)
     # Numbers that overflow are worse than any.
-    steps, _ = steps_of([100.0, np.inf, 90.0, 89.0, 88.0], iterations=5)
-    assert [damping for _, damping in steps[:4]] == [1.0, 0.3, 0.9, 1.0]
+    steps, _ = steps_of([100.0, np.inf, 90.0, 89.0, 88.0], shared=True, iterations=5)
+    assert [damping for _, damping in steps[:4]] == [1.0, 0.1, 0.3, 0.9]
+
+
+def test_releases_alone_have_no_shorter_step(steps_of):
+    steps, last = steps_of([100.0, 60.0, 90.0], iterations=20)
+    assert steps == [(100.0, 1.0), (60.0, 1.0)]
+    assert last == (60.0, 1.0, False)
 
 
 def test_no_more_steps_are_taken_than_asked_for(steps_of):
@@ -414,8 +424,9 @@ def test_a_step_that_promises_nothing_needs_no_other_linearisation(steps_of):
     assert len(steps) == 2
     assert last[2] is False
     # A shortened step promises less than there is.
-    steps, _ = steps_of([100.0, 120.0, 90.0, 89.0, 88.99], promised=0.02, behind=0.04)
-    assert [damping for _, damping in steps] == [1.0, 0.3, 0.9, 1.0]
+    values = [100.0, 120.0, 90.0, 89.0, 88.0, 87.99]
+    steps, _ = steps_of(values, promised=0.02, behind=0.04, shared=True)
+    assert [damping for _, damping in steps] == [1.0, 0.1, 0.3, 0.9, 1.0]
 
 
 def test_a_fit_ends_where_steps_as_large_as_the_last_would_not_reach_its_goal(steps_of):
