@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -87,7 +88,7 @@ class FrictionField(GaussianField):
         """−2 ln of the prior density of the amplitude, up to a constant."""
         return float((np.log(self.amplitude / USUAL_MAP_SD) / LOG_MAP_SD_SPREAD) ** 2)
 
-    @property
+    @cached_property
     def ln_mu(self) -> Floats:
         """The deviation of ln μ of every cell, (rows, columns)."""
         return (self.patterns @ self.values).reshape(self.sheet.shape)

@@ -74,8 +74,8 @@ class GaussianField:
         return 0.0
 
     def at(self, values: Floats) -> Self:
-        """Return the same with other coefficients."""
-        return replace(self, values=values)
+        """Return the same with other coefficients; itself if they are its own."""
+        return self if np.array_equal(values, self.values) else replace(self, values=values)
 
     def with_amplitude(self, amplitude: float) -> Self:
         """Return the same with another amplitude."""

@@ -238,10 +238,11 @@ def scan_side(fitted: SessionFit, label: str, side: str) -> SideScan:
     steps: list[Floats] = []
     for k in range(len(models)):
         # The residual of that model is the residual minus the predicted change.
-        change = np.eye(grams.shape[1])
-        change[count + k, -1] = -1.0
-        around = change.T @ grams @ change
-        linear = replace(fitted.linear, grams=around[:, own][:, :, own])
+        around, change = grams[:, own][:, :, own], grams[:, own, count + k]
+        around[:, :, -1] -= change
+        around[:, -1, :] -= change
+        around[:, -1, -1] += grams[:, count + k, count + k]
+        linear = replace(fitted.linear, grams=around)
         deviances.append(linear.least())
         steps.append(linear.minimum().step)
     order = np.argsort(list(models))
