@@ -3,9 +3,8 @@
     python scripts/train_detector.py -o runs/detector            # about two hours of two cores
     python scripts/train_detector.py -o runs/detector --keep     # and put it into the package
 
-It learns from drawn pictures alone (`learn.rink_patches`), with fixed seeds. After each stage the
-network is written for `cv2.dnn` and tested on unseen patches. Patches and networks are kept in the
-folder: a repeated run continues after the last stage that is there.
+It learns from drawn pictures alone (`learn.rink_patches`), with fixed seeds. The network is written
+for `cv2.dnn` and tested on unseen patches. Patches are kept in the folder, for a repeated run.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ import warnings
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
@@ -33,22 +32,9 @@ from friction_estimation.tracking.detection.detector import NETWORK_FILE, SURE, 
 WIDTHS = (12, 24, 48, 64)
 """Channels at full, half, quarter and eighth size."""
 CHUNK, HELD_OUT, BATCH = 500, 1_000, 32
-
-
-class Stage(NamedTuple):
-    """Patches drawn for a stage of the training, and steps on them."""
-
-    patches: int
-    harder: bool
-    steps: int
-    rate: float
-
-
-STAGES = (
-    Stage(24_000, False, 9_000, 4e-3),
-    Stage(12_000, True, 3_500, 1e-3),
-    Stage(28_000, True, 5_000, 8e-4),
-)
+SEEDS = range(72, 128)
+"""One for each `CHUNK` patches."""
+STEPS, RATE = 12_000, 4e-3
 SPOT_PX = 2.2
 """Standard deviation of the spot that marks a stone in the heat map [px]."""
 PRECISION = 0.97
@@ -63,19 +49,13 @@ class StoneNetwork(nn.Module):
     """A U-Net that maps (n, 3, H, W) RGB in -0.5 to 0.5 to (n, 2, H/2, W/2) logits.
 
     The first channel is high at the centres of stones on the ice, the second where people are.
-
-    Parameters
-    ----------
-    normalised : whether a normalisation follows each convolution; a network that is read from a
-        file has none, because its convolutions contain them
     """
 
-    def __init__(self, normalised: bool = True) -> None:
+    def __init__(self) -> None:
         super().__init__()
         a, b, c, d = WIDTHS
-        block = partial(_block, normalised=normalised)
-        self.down = nn.ModuleList([block(3, a), block(a, b), block(b, c), block(c, d)])
-        self.up = nn.ModuleList([block(d + c, c), block(c + b, b)])
+        self.down = nn.ModuleList([_block(3, a), _block(a, b), _block(b, c), _block(c, d)])
+        self.up = nn.ModuleList([_block(d + c, c), _block(c + b, b)])
         self.head = nn.Conv2d(b, 2, 1)
         self.head.bias = nn.Parameter(torch.full((2,), -3.0))
 
@@ -89,20 +69,18 @@ class StoneNetwork(nn.Module):
         return self.head(x)
 
 
-def _block(inside: int, outside: int, *, normalised: bool) -> nn.Sequential:
+def _block(inside: int, outside: int) -> nn.Sequential:
     layers: list[nn.Module] = []
     for channels in (inside, outside):
-        layers.append(nn.Conv2d(channels, outside, 3, padding=1, bias=not normalised))
-        if normalised:
-            layers.append(nn.BatchNorm2d(outside))
-        layers.append(nn.ReLU(inplace=True))
+        layers.append(nn.Conv2d(channels, outside, 3, padding=1, bias=False))
+        layers += [nn.BatchNorm2d(outside), nn.ReLU(inplace=True)]
     return nn.Sequential(*layers)
 
 
 # --- patches ------------------------------------------------------------------------------------
 
 
-def draw_chunk(seed: int, harder: bool, folder: Path) -> Path:
+def draw_chunk(seed: int, folder: Path) -> Path:
     """Draw `CHUNK` patches into a file of the folder, unless it is there."""
     path = folder / f"patches-{seed}.npz"
     if not path.exists():
@@ -110,7 +88,7 @@ def draw_chunk(seed: int, harder: bool, folder: Path) -> Path:
         stones = np.full((CHUNK, MAX_STONES, 2), np.nan, np.float32)
         pictures, people = [], []
         for k in range(CHUNK):
-            patch = draw_patch(rng, harder)
+            patch = draw_patch(rng)
             stones[k, : len(patch.stones)] = patch.stones
             pictures.append(patch.picture)
             people.append(np.round(255 * patch.people).astype(np.uint8))
@@ -120,12 +98,11 @@ def draw_chunk(seed: int, harder: bool, folder: Path) -> Path:
     return path
 
 
-def draw_patches(number: int, folder: Path, workers: int) -> dict[str, np.ndarray]:
-    """Draw the patches of a stage, or read them; the last `HELD_OUT` are not for training."""
-    first, last = (sum(s.patches for s in STAGES[:k]) // CHUNK for k in (number, number + 1))
-    draw = partial(draw_chunk, harder=STAGES[number].harder, folder=folder)
+def draw_patches(folder: Path, workers: int) -> dict[str, np.ndarray]:
+    """Draw the patches, or read them; the last `HELD_OUT` are not for training."""
     with ProcessPoolExecutor(workers) as pool:
-        paths = list(tqdm(pool.map(draw, range(first, last)), "draw", last - first))
+        drawn = pool.map(partial(draw_chunk, folder=folder), SEEDS)
+        paths = list(tqdm(drawn, "draw", len(SEEDS)))
     parts = [np.load(path) for path in paths]
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0].files}
 
@@ -133,14 +110,14 @@ def draw_patches(number: int, folder: Path, workers: int) -> dict[str, np.ndarra
 # --- training -----------------------------------------------------------------------------------
 
 
-def train(network: Any, patches: dict[str, np.ndarray], stage: Stage, seed: int) -> None:
+def train(network: Any, patches: dict[str, np.ndarray]) -> None:
     """Train a network on all patches but the held-out ones."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     network.to(memory_format=torch.channels_last).train()
     optimiser = torch.optim.AdamW(network.parameters(), weight_decay=1e-4)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, stage.rate, total_steps=stage.steps)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, RATE, total_steps=STEPS)
     count, mean = len(patches["pictures"]) - HELD_OUT, 0.0
-    bar = tqdm(range(stage.steps), "train")
+    bar = tqdm(range(STEPS), "train")
     for _ in bar:
         picture, spots, people = _batch(patches, rng.integers(0, count, BATCH), rng)
         out = network(picture.contiguous(memory_format=torch.channels_last))
@@ -238,20 +215,6 @@ def write_onnx(network: StoneNetwork, path: Path) -> None:
         )  # fmt: skip
 
 
-def read_onnx(path: Path) -> StoneNetwork:
-    """Read a written network, to go on training it."""
-    network = StoneNetwork(normalised=False)
-    to = [layer for layer in network.modules() if isinstance(layer, nn.Conv2d)]
-    file = cv2.dnn.readNetFromONNX(str(path), cv2.dnn.ENGINE_CLASSIC)
-    layers = [file.getLayer(file.getLayerId(name)) for name in file.getLayerNames()]
-    weights = [layer.blobs for layer in layers if layer.type == "Convolution"]
-    for layer, (weight, bias) in zip(to, weights, strict=True):
-        layer.load_state_dict(
-            {"weight": torch.from_numpy(weight), "bias": torch.from_numpy(bias.ravel())}
-        )
-    return network
-
-
 def calibrate(network: StoneNetwork, file: Path, patches: dict[str, np.ndarray]) -> None:
     """Shift the scores of a network so that `PRECISION` of those from `SURE` on are stones.
 
@@ -315,21 +278,15 @@ def main() -> None:
     torch.set_num_threads(arguments.workers)
     torch.manual_seed(0)
 
-    results = [folder / f"stage-{k}.onnx" for k in range(len(STAGES))]
-    for k, stage in enumerate(STAGES):
-        if results[k].exists():
-            continue
-        network = read_onnx(results[k - 1]) if k else StoneNetwork()
-        patches = draw_patches(k, folder, arguments.workers)
-        train(network, patches, stage, seed=k)
-        draft = results[k].with_suffix(".draft.onnx")
-        write_onnx(network.eval(), draft)
-        calibrate(network, draft, patches)
-        write_onnx(network, draft)
-        draft.replace(results[k])
-        print(json.dumps(try_out(Detector(results[k]), patches), indent=1))
+    network, file = StoneNetwork(), folder / "network.onnx"
+    patches = draw_patches(folder, arguments.workers)
+    train(network, patches)
+    write_onnx(network, file)
+    calibrate(network, file, patches)
+    write_onnx(network, file)
+    print(json.dumps(try_out(Detector(file), patches), indent=1))
     if arguments.keep:
-        shutil.copyfile(results[-1], NETWORK_FILE)
+        shutil.copyfile(file, NETWORK_FILE)
 
 
 if __name__ == "__main__":

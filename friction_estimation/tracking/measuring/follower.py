@@ -110,7 +110,7 @@ class Follower:
 
     @property
     def measured_on_its_way(self) -> bool:
-        """Whether the stone was measured on at least half the way on which it was found.
+        """Return whether the stone was measured on at least half the way on which it was found.
 
         The path of a person may lead to a stone; no stone of this look is measured on the way.
         """
