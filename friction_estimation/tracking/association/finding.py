@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 
@@ -87,11 +88,14 @@ def _stones_of(
             dense = film.between(low, high, numbers.DENSE_STEP)
             denser = denser.joined(detector.detect(one for one in dense if one[0] not in known))
         all_paths = most_likely_paths(denser, detector.sheet.width * detector.sheet.length)
-        again = thrown_paths(all_paths, denser, touching)
-        if again:
-            t, xy = seen.t[thrown.at], seen.xy[thrown.at]
-            thrown = min(again, key=lambda one: _apart(t, xy, denser.t[one.at], denser.xy[one.at]))
-            seen, paths = denser, all_paths
+        t, xy = seen.t[thrown.at], seen.xy[thrown.at]
+        again = [
+            (_apart(t, xy, denser.t[one.at], denser.xy[one.at]), one)
+            for one in thrown_paths(all_paths, denser, touching)
+        ]
+        nearest = min(again, key=itemgetter(0), default=(np.inf, thrown))
+        if nearest[0] < touching:  # else only other objects slide there, such as people
+            thrown, seen, paths = nearest[1], denser, all_paths
     places = _places(detector.at_rest, paths, seen)
     movers = link(thrown, places, seen, touching)
     last = float(film.sample[-1][0]) + 1.0
