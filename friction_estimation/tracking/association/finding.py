@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from operator import itemgetter
 
 import numpy as np
 
@@ -88,14 +87,11 @@ def _stones_of(
             dense = film.between(low, high, numbers.DENSE_STEP)
             denser = denser.joined(detector.detect(one for one in dense if one[0] not in known))
         all_paths = most_likely_paths(denser, detector.sheet.width * detector.sheet.length)
-        t, xy = seen.t[thrown.at], seen.xy[thrown.at]
-        again = [
-            (_apart(t, xy, denser.t[one.at], denser.xy[one.at]), one)
-            for one in thrown_paths(all_paths, denser, touching)
-        ]
-        nearest = min(again, key=itemgetter(0), default=(np.inf, thrown))
-        if nearest[0] < touching:  # else only other objects slide there, such as people
-            thrown, seen, paths = nearest[1], denser, all_paths
+        again = found_again(
+            thrown, seen, thrown_paths(all_paths, denser, touching), denser, touching
+        )
+        if again is not None:
+            thrown, seen, paths = again, denser, all_paths
     places = _places(detector.at_rest, paths, seen)
     movers = link(thrown, places, seen, touching)
     last = float(film.sample[-1][0]) + 1.0
@@ -120,6 +116,28 @@ def _stones_of(
         resting=tuple(resting),
         arrived=tuple(_arrived(paths, seen)),
     )
+
+
+def found_again(
+    path: Path, seen: Detections, others: Sequence[Path], denser: Detections, touching: float
+) -> Path | None:
+    """Return the path of the same object in denser detections.
+
+    Parameters
+    ----------
+    path, seen : path, and the detections of which it consists
+    others, denser : paths of the denser detections
+    touching : distance of the centres of two stones that touch [m]
+
+    Returns
+    -------
+    None if all others are elsewhere, such as those of people
+    """
+    t, xy = seen.t[path.at], seen.xy[path.at]
+    away = [_apart(t, xy, denser.t[one.at], denser.xy[one.at]) for one in others]
+    if min(away, default=np.inf) > touching:
+        return None
+    return others[int(np.argmin(away))]
 
 
 def _apart(t: Floats, xy: Floats, other_t: Floats, other_xy: Floats) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from friction_estimation.synthetic import FilmSpec
-from friction_estimation.tracking.association.finding import thrown_paths
+from friction_estimation.tracking.association.finding import found_again, thrown_paths
 from friction_estimation.tracking.association.linking import RestingPlace, link
 from friction_estimation.tracking.association.paths import RESTING, SLIDING, most_likely_paths
 from friction_estimation.tracking.association.recording import (
@@ -127,6 +127,22 @@ def test_a_stone_that_nothing_hit_did_not_start_from_rest():
     assert path.mode[0] != RESTING
     assert seen.t[path.at[0]] < 5.5
     assert np.ptp(seen.xy[path.at, 1]) > 20.0
+
+
+def test_a_path_is_found_again_in_more_frames_but_not_as_a_sweepers():
+    times = np.arange(0.0, 20.0, 0.5)
+    more = np.arange(0.0, 20.0, 0.125)
+    seen = detections(times, [slide(times, (0.0, -11.0), (0.0, 2.2))])
+    thrown = thrown_paths(most_likely_paths(seen, AREA), seen, 2 * RADIUS)[0]
+    stone, sweeper = (slide(more, (x, -11.0), (0.0, 2.2)) for x in (0.0, 0.9))
+    for shown, known in (([stone, sweeper], True), ([sweeper], False)):
+        denser = detections(more, shown, seed=1)
+        others = most_likely_paths(denser, AREA)
+        again = found_again(thrown, seen, others, denser, 2 * RADIUS)
+        assert len(others) == len(shown)
+        assert (again is not None) == known
+        if again is not None:
+            assert np.abs(denser.xy[again.at, 0]).max() < 0.3
 
 
 def test_stones_that_touch_go_on_as_two_equal_weights_do():
