@@ -88,7 +88,7 @@ def draw_chunk(seed: int, folder: Path) -> Path:
         stones = np.full((CHUNK, MAX_STONES, 2), np.nan, np.float32)
         pictures, people = [], []
         for k in range(CHUNK):
-            patch = draw_patch(rng)
+            patch = draw_patch(rng, harder=True)
             stones[k, : len(patch.stones)] = patch.stones
             pictures.append(patch.picture)
             people.append(np.round(255 * patch.people).astype(np.uint8))

@@ -82,8 +82,14 @@ class Patch:
     people: Floats
 
 
-def draw_patch(rng: Generator) -> Patch:
-    """Draw a random patch; the same generator state gives the same patch."""
+def draw_patch(rng: Generator, harder: bool = False) -> Patch:
+    """Draw a random patch; the same generator state gives the same patch.
+
+    Parameters
+    ----------
+    harder : handles often have the most vivid colour of the paint beneath stones, granite its
+        brightness, and people's heads look like stones
+    """
     scene = _Scene.random(rng)
     scene.look_at(_paint_ice(rng, int(scene.size * 1.5), scene.metre_px))
     stones = _stone_places(rng, scene)
@@ -92,12 +98,12 @@ def draw_patch(rng: Generator) -> Patch:
     _draw_shadows(rng, scene, stones)
     if people_behind:
         for _ in range(people):
-            _draw_person(rng, scene)
-    _draw_stones(rng, scene, stones)
+            _draw_person(rng, scene, harder)
+    _draw_stones(rng, scene, stones, harder)
     before = scene.people.copy()
     if not people_behind:
         for _ in range(people):
-            _draw_person(rng, scene)
+            _draw_person(rng, scene, harder)
     covered = np.clip(scene.people - before, 0, 1)
     return Patch(
         picture=_photograph(rng, scene.picture),
@@ -398,18 +404,14 @@ def _draw_shadows(rng: Generator, scene: _Scene, stones: list[Floats]) -> None:
         scene.picture *= 1 - shade[..., None] * rng.uniform(0, 0.6)
 
 
-def _draw_stones(rng: Generator, scene: _Scene, stones: list[Floats]) -> None:
-    """Draw stones of one rink: two handle colours, one kind of granite, one light.
-
-    One team's handles often have the most vivid colour of the paint beneath the stones, and the
-    granite sometimes its brightness.
-    """
+def _draw_stones(rng: Generator, scene: _Scene, stones: list[Floats], alike: bool) -> None:
+    """Draw stones of one rink: two handle colours, one kind of granite, one light."""
     teams = [_colour(rng, 0.85), _colour(rng, 0.85)]
-    if stones and rng.random() < 0.7:
+    if alike and stones and rng.random() < 0.7:
         beneath = [_colour_at(scene, place) for place in stones]
         teams[0] = max(beneath, key=np.ptp) * rng.uniform(0.7, 1.15)
     granite = _grey(rng, 40, 200)
-    if stones and rng.random() < 0.3:
+    if alike and stones and rng.random() < 0.3:
         paint = _colour_at(scene, stones[rng.integers(len(stones))])
         granite = np.clip(np.full(3, paint.mean()) * rng.uniform(0.8, 1.2), 30, 200)
     shade, rim = rng.uniform(0.5, 1.05), rng.uniform(0.35, 0.95)
@@ -460,7 +462,7 @@ def _colour_at(scene: _Scene, place: Floats) -> Floats:
     return np.asarray(scene.picture[y, x], dtype=float)
 
 
-def _draw_person(rng: Generator, scene: _Scene) -> None:
+def _draw_person(rng: Generator, scene: _Scene, round_head: bool) -> None:
     """Draw a person with limbs, shoes and a head, from any side, with or without a broom."""
     metre, clothes = scene.metre_px, _colour(rng, 0.4) * rng.uniform(0.1, 1)
     centre = rng.uniform(0, scene.size, 2)
@@ -504,7 +506,7 @@ def _draw_person(rng: Generator, scene: _Scene) -> None:
             tint,
             rng.uniform(0, 3.2),
         )
-    if rng.random() < 0.8:
+    if round_head and rng.random() < 0.8:
         _draw_round_head(rng, scene, body)
     if rng.random() < 0.7:  # hair or a cap
         blob(
