@@ -27,6 +27,8 @@ PAINT_DEPTH = 0.0, 0.004
 Rinks have some millimetres, and most drawn films have none."""
 PAINT_DEPTH_ERROR = 0.0005
 """Standard error of a measured thickness [m]."""
+CAMERA_HEIGHTS = 2.5, 25.0
+"""Range of heights of cameras above a rink [m]."""
 CAMERA_HEIGHT_PRIOR = (8.0, 0.5)
 """Median height of rink cameras [m] and its spread (in log): halls, galleries and tripods. It
 matters only if the paint does not determine the height, as for a camera that looks straight
@@ -125,6 +127,9 @@ OUTLIER_AT = 3.0
 TOLERANCE_PX = 2.0
 """Maximum distance of a curve, or of the corners of a board, from its projection that counts as
 agreement."""
+AGREEING_SHARE = 0.7
+"""Minimum share of agreeing parts: of a curve, of all rings and hog lines, and of the neighbouring
+frames near a joint heading. A curve of which more is seen elsewhere is in another place."""
 COMPLETE_SHARE = 0.8
 """Share of the visible paint above which an agreeing camera is certainly correct."""
 MIN_MARKINGS = 60

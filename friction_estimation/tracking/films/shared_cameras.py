@@ -127,7 +127,7 @@ class SharedCameras:
                 film = Film.open(path, scene.fps)
             except InputError:
                 continue  # it is reported when this film's turn comes
-            if film.size == films[0].size and film.duration <= numbers.ONE_THROW_SECONDS:
+            if film.size == films[0].size and film.duration <= numbers.WINDOW:
                 films.append(film)
 
         def sampled(film: SteadyFilm) -> None:
