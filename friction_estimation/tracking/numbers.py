@@ -215,8 +215,6 @@ SURE = 8.0
 GATE = 4.0
 """Maximum innovation of a fit, and distance of two detections at one place; minimum movement of a
 stone that shows its direction [standard errors]."""
-LEAST_GATE_PX = 1.0
-"""Minimum gate of a fit in the picture, beside the error of a detection on the ice [px]."""
 LOST = 0.5
 """Maximum standard error of the predicted position of a stone that is searched for [m]."""
 CONTACT_WITHIN = 1.5
@@ -224,8 +222,8 @@ CONTACT_WITHIN = 1.5
 SAME_PLACE = 0.2
 """Maximum distance between positions of the same stone [m]; twice that for a coarse path of a stone
 that may have touched it."""
-LEAST_RESTING_VISIBLE = 0.6
-"""Minimum visible share of a resting stone."""
+LEAST_VISIBLE = 0.6
+"""Minimum visible share of a resting stone, and of one that shows its appearance among people."""
 LINK_GATE = 20.0
 """Maximum squared distance of a detection from its stone [squared standard errors]."""
 CONTACT_GATE = 0.1
@@ -283,7 +281,5 @@ MIN_FITS = 5
 """Minimum number of measurements for a throw, a track or a heading."""
 SAME_HUE = np.radians(35.0)
 """Maximum difference of the hues of one handle [rad]."""
-LEAST_MISFIT = 0.02
-"""Minimum distance of an outlying measurement from the path through others [m]."""
 LONG = 1.0
 """Maximum time without measurements, or off the path, that is bridged without a remark [s]."""
