@@ -228,9 +228,8 @@ LINK_GATE = 20.0
 """Maximum squared distance of a detection from its stone [squared standard errors]."""
 CONTACT_GATE = 0.1
 """Addition to the gate of a fit around a contact [m]."""
-LAY_UNTIL, FROM_REST = 2.5, 0.7
-"""Maximum time between a resting stone and a start at its place for the same stone [s], and maximum
-initial speed, as a share of its mean speed."""
+FROM_REST = 0.7
+"""Maximum initial speed of a stone that starts from rest, as a share of its mean speed."""
 APART = 0.5
 """Minimum time between two throws [s]."""
 RETURNS_FROM = 0.8
@@ -239,7 +238,8 @@ it [m]."""
 LEAST_THROW = 3.0
 """Minimum path of a throw in a recording [m]."""
 RESTED = 2.0
-"""Minimum time at rest of a stone that has come to rest [s]."""
+"""Minimum time at rest of a stone that has come to rest, and maximum time between a resting stone
+and a start at its place for the same stone [s]."""
 PUSHED = 0.3
 """Minimum gain of speed of a stone that is moved [m/s]."""
 STANDING = 0.12
