@@ -29,13 +29,13 @@ from curling_env.sheet import (
 from curling_env.typing import Flags, Floats, Image, Integers, Singles
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.tuning import (
+    CURVE_ERROR_PX,
     EDGE_BLUR_PX,
     EXPECTED_ERROR_PX,
+    FILM_BLUR_PX,
     GROUP_SIZE,
-    MAX_LINE_WIDTH_PX,
     MIN_CONTRAST,
     MIN_LINE_WIDTH_PX,
-    MIN_RADIUS_PX,
     NARROW_SEARCHES_PX,
     POINT_SEARCH_PX,
     PROFILE_STEP_PX,
@@ -331,7 +331,7 @@ def responses_of(
     there, normal_px, scale, usable = _measurable(
         camera, markings, origin_px, np.add(origin_px, (columns - 1, rows - 1))
     )
-    width_px = np.clip(markings.width * scale, MIN_LINE_WIDTH_PX, MAX_LINE_WIDTH_PX)
+    width_px = np.maximum(markings.width * scale, MIN_LINE_WIDTH_PX)
     index = np.flatnonzero(usable)
     half = int(np.ceil(search_px / PROFILE_STEP_PX))
     along: Floats = np.arange(-half, half + 1, dtype=np.float64) * PROFILE_STEP_PX
@@ -464,9 +464,8 @@ def _measurable(
         usable &= camera.sees(markings.seen_from(camera))
         # Other paint must be out of reach of the last search.
         usable &= markings.clear * scale > NARROW_SEARCHES_PX[-1] + POINT_SEARCH_PX
-        usable &= (markings.width == 0) | (markings.width * scale < MAX_LINE_WIDTH_PX)
-        # Blur moves a curved edge towards its inner side.
-        usable &= radius_px > MIN_RADIUS_PX
+        # Blur must not move a curved edge by more than its error.
+        usable &= radius_px > FILM_BLUR_PX**2 / (2 * CURVE_ERROR_PX)
     return there, normal_px, scale, usable
 
 

@@ -29,7 +29,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.camera.refinement import refine_at_focal
 from friction_estimation.camera.scene import Scene
-from friction_estimation.camera.tuning import OPEN_FOCAL_SIGMA
+from friction_estimation.camera.tuning import STONE_HEIGHT_SIGMA
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.association.coarse import CoarsePath
 from friction_estimation.tracking.detection.background import Background
@@ -275,7 +275,7 @@ def with_focal(refined: RefinedCamera, scene: Scene, stones: Sequence[SeenStone]
     determine it.
     """
     stones = [stone for stone in stones if stone.crops(refined.camera)]
-    if refined.log_focal_sigma <= OPEN_FOCAL_SIGMA or not stones:
+    if refined.log_focal_sigma <= STONE_HEIGHT_SIGMA or not stones:
         return refined
     background = stones[0].background
 
