@@ -29,13 +29,12 @@ from curling_env.sheet import (
 from curling_env.typing import Flags, Floats, Image, Integers, Singles
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.tuning import (
-    CURVE_ERROR_PX,
     EDGE_BLUR_PX,
     EXPECTED_ERROR_PX,
-    FILM_BLUR_PX,
     GROUP_SIZE,
     MIN_CONTRAST,
     MIN_LINE_WIDTH_PX,
+    MIN_RADIUS_PX,
     NARROW_SEARCHES_PX,
     POINT_SEARCH_PX,
     PROFILE_STEP_PX,
@@ -464,8 +463,8 @@ def _measurable(
         usable &= camera.sees(markings.seen_from(camera))
         # Other paint must be out of reach of the last search.
         usable &= markings.clear * scale > NARROW_SEARCHES_PX[-1] + POINT_SEARCH_PX
-        # Blur must not move a curved edge by more than its error.
-        usable &= radius_px > FILM_BLUR_PX**2 / (2 * CURVE_ERROR_PX)
+        # Blur moves a curved edge towards its inner side.
+        usable &= radius_px > MIN_RADIUS_PX
     return there, normal_px, scale, usable
 
 

@@ -20,8 +20,6 @@ PLACEMENT_SPREAD = 0.7
 CURVE_ERROR_PX = 0.03
 """Error of a whole ring or line in a picture, the same all along it [px]: in 36 films by another
 renderer, borders were off by 0.01, rings by 0.02 and lines by 0.02 to 0.1."""
-FILM_BLUR_PX = 0.7
-"""Blur of a film's picture [px]; it moves an edge towards the inner side of its curve."""
 MIN_SCALE_PX = 0.1
 """Minimum scale of the residuals of measured points."""
 PAINT_DEPTH = 0.0, 0.004
@@ -118,6 +116,9 @@ BOARD_MIN_TILT_DEG = 5.0
 distance."""
 MAX_MISFIT = 0.02
 """Maximum misfit of consistent points, as a share of the image's diagonal."""
+MIN_RADIUS_PX = 8.0
+"""Minimum apparent radius of curvature of a measured ring: at a smaller one a blur of 0.7 px moves
+an edge by more than 0.03 px."""
 MIN_CONTRAST = 4.0
 """Minimum contrast of a marking [grey levels]."""
 OUTLIER_AT = 3.0
