@@ -220,14 +220,12 @@ LOST = 0.5
 CONTACT_WITHIN = 1.5
 """Maximum time of extrapolation to a contact [s]."""
 SAME_PLACE = 0.2
-"""Maximum distance between positions of the same stone [m]; twice that for a coarse path of a stone
-that may have touched it."""
+"""Maximum distance between positions of the same stone, and addition to the gate of a fit around a
+contact [m]; twice that for a coarse path of a stone that may have touched it."""
 LEAST_VISIBLE = 0.6
 """Minimum visible share of a resting stone, and of one that shows its appearance among people."""
 LINK_GATE = 20.0
 """Maximum squared distance of a detection from its stone [squared standard errors]."""
-CONTACT_GATE = 0.1
-"""Addition to the gate of a fit around a contact [m]."""
 FROM_REST = 0.7
 """Maximum initial speed of a stone that starts from rest, as a share of its mean speed."""
 APART = 0.5
@@ -236,7 +234,7 @@ RETURNS_FROM = 0.8
 """Maximum distance between the start of a stone that is pushed back and the rest of the one before
 it [m]."""
 LEAST_THROW = 3.0
-"""Minimum path of a throw in a recording [m]."""
+"""Minimum path of a throw in a recording, and of a stone that shows its appearance alone [m]."""
 RESTED = 2.0
 """Minimum time at rest of a stone that has come to rest, and maximum time between a resting stone
 and a start at its place for the same stone [s]."""

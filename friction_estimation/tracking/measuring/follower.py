@@ -68,7 +68,7 @@ class Follower:
         if any(abs(t - contact) < numbers.DENSE_STEP for contact in self.path.contacts):
             self._seen = -np.inf  # its motion before is no information on that after
         if any(abs(t - contact) < numbers.CONTACT_WITHIN for contact in self.path.contacts):
-            least += numbers.CONTACT_GATE
+            least += numbers.SAME_PLACE
         known = spread.max() < numbers.LOST
         tries = [(place, spread)] if known else []
         if self._predict(t):

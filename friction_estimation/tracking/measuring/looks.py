@@ -47,8 +47,6 @@ _ROUNDS = 2
 did not explain."""
 _VIEW_STEP = 0.2
 """Time between the pictures of a stone with people near it [s]."""
-_APART = 1.0
-"""Minimum distance between places from which a stone looks different [m]."""
 _PARTS, _FROM_EACH = 10, 2
 """Number of parts of a path, and of the clearest pictures from each."""
 
@@ -85,7 +83,7 @@ class SeenStone:
         alone = np.flatnonzero(kept & self.path.alone)
         # A single position does not show the profile of a stone.
         way = np.ptp(self.path.xy[alone], axis=0) if len(alone) else np.zeros(2)
-        if self.people and np.hypot(*way) > _APART:
+        if self.people and np.hypot(*way) > numbers.LEAST_THROW:
             clear = alone
         before = clear[self.path.t[clear] < min(self.path.contacts, default=np.inf)]
         if len(before) >= numbers.LEAST_CLEAR:  # later the ice around it may have changed

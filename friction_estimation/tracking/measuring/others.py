@@ -31,8 +31,6 @@ _SHADOW = 0.12
 """Width of the ring around a stone that its shadow may darken [m]."""
 _PICTURES = 9
 """Number of frames for the picture of a resting stone."""
-_LEAST_PICTURES = 3
-"""Minimum number of frames that show the ice beneath a stone after it has left."""
 _HOUSE = 2.0
 """Radius around a tee within which its paint is round [m]."""
 _TURNS, _MOVES = 24, (-1.2, -0.9, -0.6, 0.6, 0.9, 1.2)
@@ -117,7 +115,7 @@ def bare_ice(
             free = ~np.any([one[rows, columns] for one in there], axis=0)
             shown = frame[rows + origin[1], columns + origin[0]]
             seen[k, free] = shown[free]
-        often = np.isfinite(seen[..., 0]).sum(axis=0) >= _LEAST_PICTURES
+        often = np.isfinite(seen[..., 0]).any(axis=0)
         values = np.zeros((len(rows), 3), dtype=np.float32)
         if often.any():
             values[often] = np.nanmedian(seen[:, often], axis=0)
