@@ -64,11 +64,11 @@ class Follower:
         place, _, spread = self.path.at(t)
         theta = self._heading(t)
         pixel = 1.0 / np.linalg.norm(camera.px_per_metre(place), -2)
-        least = numbers.LEAST_GATE + numbers.LEAST_GATE_PX * pixel
+        least = numbers.DETECTION_M + numbers.DETECTION_PX * pixel
         if any(abs(t - contact) < numbers.DENSE_STEP for contact in self.path.contacts):
             self._seen = -np.inf  # its motion before is no information on that after
         if any(abs(t - contact) < numbers.CONTACT_WITHIN for contact in self.path.contacts):
-            least += numbers.CONTACT_GATE
+            least += numbers.SAME_PLACE
         known = spread.max() < numbers.LOST
         tries = [(place, spread)] if known else []
         if self._predict(t):
