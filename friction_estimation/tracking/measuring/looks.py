@@ -82,8 +82,8 @@ class SeenStone:
         clear = np.flatnonzero(kept)
         alone = np.flatnonzero(kept & self.path.alone)
         # A single position does not show the profile of a stone.
-        way = np.ptp(self.path.xy[alone], axis=0) if len(alone) else np.zeros(2)
-        if self.people and np.hypot(*way) > numbers.LEAST_THROW:
+        far = len(alone) and np.hypot(*np.ptp(self.path.xy[alone], axis=0)) > numbers.LEAST_THROW
+        if self.people and far:
             clear = alone
         before = clear[self.path.t[clear] < min(self.path.contacts, default=np.inf)]
         if len(before) >= numbers.LEAST_CLEAR:  # later the ice around it may have changed
