@@ -18,8 +18,6 @@ from friction_estimation.tracking.smoothing.smoother import SmoothPath, smooth_p
 
 _GRID = 0.1
 """Time step of a path [s]."""
-_FIT_SIGMA = 0.01
-"""Standard error of a place that is fitted in a single picture, at most [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -75,16 +73,17 @@ class CoarsePath:
     def through(self, places: Floats) -> CoarsePath:
         """Return the path through fitted places instead of some of the detected ones.
 
+        Their standard errors stay those of detections, or a hit whose time is known to a tenth of
+        a second would put the path beside the places around it.
+
         Parameters
         ----------
         places : (n, 2) fitted place at each detection [m]; NaN where none was fitted
         """
-        fitted = np.isfinite(places)
-        xy = np.where(fitted, places, self.xy)
-        sigma = np.where(fitted, np.minimum(_FIT_SIGMA, self.sigma), self.sigma)
+        xy = np.where(np.isfinite(places), places, self.xy)
         last = float(self.smooth.t[-1])
-        smooth = _smoothed(self.t, xy, sigma, last, self.released, self.contacts)
-        return replace(self, xy=xy, sigma=sigma, smooth=smooth)
+        smooth = _smoothed(self.t, xy, self.sigma, last, self.released, self.contacts)
+        return replace(self, xy=xy, smooth=smooth)
 
 
 def coarse_path(
