@@ -38,7 +38,7 @@ FOCAL_PRIOR = (1.1, 0.5)
 Main cameras of phones have 1.1 to 1.3 (24 to 28 mm on the 35 mm scale), wide ones 0.6 to 0.75. To
 see the whole sheet from low down takes a wider lens."""
 MEASURED_HEIGHT_SIGMA = 0.01
-"""Standard error of a measured height, in log; a board must determine the focal length as well."""
+"""Standard error of a measured height, in log."""
 RIM_SHIFT_PX = 1.0
 """Outward error of paint where a lens compresses the picture's rim to half its scale [px]: colours
 separate there, edges blur, and no formula of distortion is exact."""
@@ -114,6 +114,8 @@ PHOTO_SEARCHES = (0.15, 0.08, 0.05)
 BOARD_MIN_TILT_DEG = 5.0
 """Minimum tilt of some board: views that all face the camera cannot separate focal length and
 distance."""
+BOARD_FOCAL_SIGMA = 0.02
+"""Maximum standard error, in log, of a focal length from a board."""
 MAX_MISFIT = 0.02
 """Maximum misfit of consistent points, as a share of the image's diagonal."""
 MIN_RADIUS_PX = 8.0
@@ -127,9 +129,8 @@ TOLERANCE_PX = 2.0
 """Maximum distance of a curve, or of the corners of a board, from its projection that counts as
 agreement."""
 AGREEING_SHARE = 0.7
-"""Minimum share of agreeing parts: of a curve, of all rings and hog lines, of all paint if a camera
-is certainly correct, and of the neighbouring frames near a joint heading. A curve of which more is
-seen elsewhere is in another place."""
+"""Minimum share of agreeing parts: of a curve, of all rings and hog lines, and of all paint if a
+camera is certainly correct. A curve of which the rest is seen elsewhere is in another place."""
 MIN_MARKINGS = 60
 """Minimum number of measured points that replace marks made by hand."""
 MIN_STONE_PX = 6.0

@@ -273,6 +273,8 @@ moves."""
 HEADING_MATCH = 0.7
 """Maximum deviation of a heading that agrees with the joint one, and maximum turn since its pixels
 changed [rad]."""
+LEAST_NEAR = 0.7
+"""Minimum share of neighbouring frames near the joint heading; with fewer, they have strayed."""
 CLEAR_HEADING = 3.0
 """Minimum advantage of a heading over its reverse, and over any other [standard errors]."""
 MIN_FITS = 5

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from curling_env.typing import Flags, Floats
-from friction_estimation.camera.tuning import AGREEING_SHARE
 from friction_estimation.tracking import numbers
 
 _ANGLES = np.linspace(-np.pi, np.pi, 48, endpoint=False)
@@ -151,7 +150,7 @@ def headings_near(
     near = np.abs(miss) < numbers.HEADING_MATCH
     around = (np.abs(t[:, None] - t) <= numbers.HEADING_NEIGHBOURS).astype(np.float64)
     measured = np.isfinite(theta)
-    near &= around @ near >= AGREEING_SHARE * (around @ measured)
+    near &= around @ near >= numbers.LEAST_NEAR * (around @ measured)
     found, error = np.where(near, expected + miss, np.nan), np.where(near, sigma, np.nan)
     if curve.seen is not None:
         at = np.searchsorted(t, curve.seen.t)
