@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -24,6 +25,8 @@ os.environ.setdefault("CURLING_TRACEBACK", "1")
 import numpy as np
 import pytest
 from hypothesis import settings
+
+from .snapshots import Snapshots
 
 # `make test` tries the same examples in every run; `make soak` draws new ones from its seed. No
 # profile has a deadline: a busy machine must not fail a property.
@@ -86,6 +89,13 @@ def must_fit() -> Callable[..., None]:
             schema_validator(schema).validate(json.loads(line))
 
     return hold
+
+
+@pytest.fixture
+def unchanged(request: pytest.FixtureRequest) -> Snapshots:
+    """Hold all of a result against what it was; see `snapshots`."""
+    name = re.sub(r"\W+", "-", request.node.name.removeprefix("test_")).strip("-")
+    return Snapshots(folder=request.path.parent / "snapshots" / request.path.stem, name=name)
 
 
 @pytest.fixture

@@ -31,7 +31,7 @@ def test_command_prints_one_number_and_writes_an_ice(curling, tracks_file, tmp_p
 
 
 @pytest.mark.parametrize("method", ["trajectory", "paper"])
-def test_command_writes_map_and_report(curling, tracks_file, tmp_path, method, must_fit):
+def test_command_writes_map_and_report(curling, tracks_file, tmp_path, method, must_fit, unchanged):
     ice = tmp_path / "ice.json"
     report = tmp_path / "report"
     result = curling("estimate", tracks_file, "-o", ice, "--method", method, "--report", report)
@@ -47,6 +47,10 @@ def test_command_writes_map_and_report(curling, tracks_file, tmp_path, method, m
     assert load_ice(ice).provenance == origin
     assert origin["inputs"][0]["sha256"] in (report / "report.html").read_text()
     assert len((report / "cells.csv").read_text().splitlines()) == 1 + 9 * 89
+    unchanged.document(json.loads((report / "estimate.json").read_text()))
+    if method == "trajectory":
+        unchanged.document(json.loads(ice.read_text()), "ice")
+    unchanged.page((report / "report.html").read_text())
 
 
 def test_command_keeps_the_starts_sheet_and_effects(curling, tracks_file, tmp_path):

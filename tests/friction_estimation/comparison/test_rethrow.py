@@ -90,7 +90,7 @@ def test_window_must_be_positive(tracks, true_ice):
         compare_tracks(tracks, true_ice, window=0.0)
 
 
-def test_command_writes_tables_and_a_picture(curling, tracks, true_ice, tmp_path):
+def test_command_writes_tables_and_a_picture(curling, tracks, true_ice, tmp_path, unchanged):
     write_tracks(tmp_path / "tracks.csv", tracks)
     save_ice(true_ice, tmp_path / "ice.json")
     result = curling(
@@ -103,6 +103,9 @@ def test_command_writes_tables_and_a_picture(curling, tracks, true_ice, tmp_path
         rows = list(csv.DictReader(file))
     assert [int(row["throw"]) for row in rows] == [k.throw for k in tracks]
     assert float(rows[0]["rest_error_m"]) < 0.2
+    unchanged.document(result.json())
+    unchanged.document(rows, "throws")
+    unchanged.picture((tmp_path / "out" / "comparison.png").read_bytes())
 
 
 def test_command_refuses_a_missing_ice(curling, tracks, tmp_path):

@@ -24,9 +24,11 @@ def twice(curling, make_session, tmp_path):
     return tmp_path / "one", tmp_path / "two", result.json(), result.err
 
 
-def test_report_ice_and_page(twice, must_fit, request):
+def test_report_ice_and_page(twice, must_fit, unchanged, request):
     found, again, printed, messages = twice
     report = json.loads((found / "report.json").read_text())
+    unchanged.document(report)
+    unchanged.page((found / "report.html").read_text())
     must_fit(found / "report.json", "report-1")
     must_fit(found / "ice.json", "ice-1")
     (curl,) = report["effects"]
@@ -84,7 +86,7 @@ def test_report_ice_and_page(twice, must_fit, request):
         assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-def test_sweeping_is_reported_in_metres(curling, make_session, tmp_path):
+def test_sweeping_is_reported_in_metres(curling, make_session, tmp_path, unchanged):
     tracks = make_session([effect("sweeping", friction_factor=0.85)], fps=5)
     write_tracks(tmp_path / "tracks.csv", tracks)
     result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / "found")
@@ -105,6 +107,7 @@ def test_sweeping_is_reported_in_metres(curling, make_session, tmp_path):
         in (tmp_path / "found" / "report.html").read_text()
     )
     assert result.json()["verdict"] == report["verdict"]
+    unchanged.document(report)
 
 
 def test_what_cannot_be_read_is_one_line(curling, tmp_path):

@@ -66,7 +66,7 @@ def trough(tmp_path, monkeypatch):
     sys.modules.pop("trough")
 
 
-def test_its_file_alone_makes_it_named_sized_and_drawn(make_session, trough, tmp_path):
+def test_its_file_alone_makes_it_named_sized_and_drawn(make_session, trough, tmp_path, unchanged):
     found = discover(make_session([effect("trough", rate=0.002)], throws=8))
     report = document(found)
     (named,) = report["effects"]
@@ -83,6 +83,8 @@ def test_its_file_alone_makes_it_named_sized_and_drawn(make_session, trough, tmp
     write_report_page(found, report, tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
     assert "Evidence for ice that is lower in the middle" in page
+    unchanged.document(report)
+    unchanged.page(page)
 
 
 def test_an_agent_observes_it(trough):

@@ -178,7 +178,7 @@ def test_speeds_well_apart_tell_it_one_way(sliding):
     assert error(found.ice, field) < 0.015  # 0.054 without the bias
 
 
-def test_report_names_and_draws_the_bias(seen_badly, tmp_path, must_fit):
+def test_report_names_and_draws_the_bias(seen_badly, tmp_path, must_fit, unchanged):
     names = write_report(seen_badly.found, tmp_path)
     assert (tmp_path / "camera.png").stat().st_size > 10_000
     assert "camera.png" in names
@@ -191,3 +191,5 @@ def test_report_names_and_draws_the_bias(seen_badly, tmp_path, must_fit):
     assert document["outcome"] == "found"
     assert document["size_m"] == pytest.approx(size)
     assert len(document["y"]) == len(document["displacement_m"]) == len(document["sigma_m"])
+    unchanged.document(document)
+    unchanged.page(page)

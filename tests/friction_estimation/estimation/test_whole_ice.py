@@ -38,7 +38,7 @@ def three_draws(tmp_path_factory):
     return session(folder, (), 11, throws=3, ways=1, championship=True)
 
 
-def test_three_throws_one_way_give_an_ice_that_curls(three_draws) -> None:
+def test_three_throws_one_way_give_an_ice_that_curls(three_draws, unchanged) -> None:
     tracks, sealed = three_draws
     numbers = np.array(sealed["numbers"])
     assert len(numbers) == SIZE
@@ -55,9 +55,10 @@ def test_three_throws_one_way_give_an_ice_that_curls(three_draws) -> None:
     remarks = " ".join(found.remarks)
     assert "All throws went one way" in remarks
     assert "No heading was measured" not in remarks
+    unchanged.document(found.summary())
 
 
-def test_without_headings_the_spin_is_believed(three_draws) -> None:
+def test_without_headings_the_spin_is_believed(three_draws, unchanged) -> None:
     from dataclasses import replace
 
     tracks, _ = three_draws
@@ -68,12 +69,13 @@ def test_without_headings_the_spin_is_believed(three_draws) -> None:
     assert drag.sigma["rate"] > 0.7 * 0.006
     assert any(words.startswith("No heading was measured") for words in found.remarks)
     assert any("is assumed, not measured: film more stones" in words for words in found.remarks)
+    unchanged.document(found.summary())
 
 
-def test_a_map_and_curl_are_distinguished_and_both_sized(tmp_path) -> None:
+def test_a_map_and_curl_are_distinguished_and_both_sized(tmp_path, unchanged) -> None:
     tracks, sealed = session(tmp_path, ("friction_map", "curl"), 3, throws=12)
     found = discover(tracks)
-    named, _ = names(found)
+    named, report = names(found)
     assert named == ["curl", "friction_map"]
     ice = found.improved_ice()
     seen = ice.friction.observed
@@ -85,10 +87,13 @@ def test_a_map_and_curl_are_distinguished_and_both_sized(tmp_path) -> None:
     level = np.log(np.array(sealed["numbers"])[MU])
     # The cells of one session err together: now and then a fifth of them lies outside.
     assert np.mean(np.abs(got - true - level) < 1.96 * sigma) > 0.75
+    unchanged.document(report)
 
 
 @pytest.mark.parametrize(("hidden", "seed"), [((), 2), (("slope",), 3)])
-def test_a_given_models_strengths_are_changes_and_no_effects(tmp_path, hidden, seed) -> None:
+def test_a_given_models_strengths_are_changes_and_no_effects(
+    tmp_path, hidden, seed, unchanged
+) -> None:
     tracks, sealed = session(tmp_path, hidden, seed, throws=12, championship=True)
     found = discover(tracks, load_ice("standard"))
     named, report = names(found)
@@ -103,8 +108,11 @@ def test_a_given_models_strengths_are_changes_and_no_effects(tmp_path, hidden, s
         assert abs(change["found"] - true) < 4 * change["stderr"]
         result = " ".join([report["verdict"], *report["remarks"]])
         assert f"{name.replace('_', ' ')}" in result or "friction" in result
+    unchanged.document(report)
 
 
-def test_slow_noise_is_no_effect(tmp_path) -> None:
+def test_slow_noise_is_no_effect(tmp_path, unchanged) -> None:
     tracks, _ = session(tmp_path, (), 1, throws=12, bad=True)
-    assert names(discover(tracks))[0] == []
+    named, report = names(discover(tracks))
+    assert named == []
+    unchanged.document(report)

@@ -65,7 +65,9 @@ def test_the_page_opens_alone_with_all_its_pictures(found, page, tmp_path):
         assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-def test_every_row_says_whether_it_was_used_and_what_was_left_out_is_reported(sliding, tmp_path):
+def test_every_row_says_whether_it_was_used_and_what_was_left_out_is_reported(
+    sliding, tmp_path, unchanged
+):
     rng = np.random.default_rng(8)
     tracks = sliding.measured_throws(
         sliding.uniform(0.0085), sliding.varied_starts(rng, 3), rng, rest=1.0
@@ -90,6 +92,7 @@ def test_every_row_says_whether_it_was_used_and_what_was_left_out_is_reported(sl
     left = table.numbers("left_m", blank=True)
     assert np.isfinite(left[use == "used"]).all()
     assert np.isnan(left[use == "after"]).all()
+    unchanged.page(page)
 
 
 def test_a_draw_is_that_of_the_closed_form():
