@@ -28,6 +28,8 @@ from friction_estimation.tracks.throw_list import NO_NOTES
 from friction_estimation.tracks.throw_table import throw_table
 
 SUMMARY_FORMAT = FileFormat(name="curling-estimate/1", what="an estimate")
+KEEN_BELOW, HEAVY_ABOVE = 0.0075, 0.0095
+"""Frictions between which ice is of usual speed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -192,6 +194,12 @@ def row_table(found: Estimate) -> dict[str, ArrayLike]:
 
 def headline(found: Estimate) -> str:
     """Return the ice in one sentence."""
+    low, high = found.interval
+    if low < KEEN_BELOW and high > HEAVY_ABOVE:
+        return (
+            f"The friction of this ice is hardly known: μ is {max(low, 0):.4f} to {high:.4f} with "
+            "95 % probability; more throws, or longer ones, would narrow that."
+        )
     speed = _speed_in_words(found.mu)
     seen = found.ice.friction.observed
     if found.uniform or found.mu <= 0 or not seen.any():
@@ -218,7 +226,7 @@ def _speed_in_words(mu: float) -> str:
     least, most = FRICTION_OF_ICE
     if mu < least or mu > most:
         return f"{'keener' if mu < least else 'heavier'} than any curling ice"
-    return "keen" if mu < 0.0075 else "heavy" if mu > 0.0095 else "of usual speed"
+    return "keen" if mu < KEEN_BELOW else "heavy" if mu > HEAVY_ABOVE else "of usual speed"
 
 
 def _facts(found: Estimate, units: Units) -> list[tuple[str, str]]:

@@ -144,9 +144,9 @@ def independent() -> dict[str, float]:
 
 def faults_noticed() -> dict[str, float]:
     """Share of small faults in the code of inference that its tests notice [%], by area."""
-    parts = ("discovery", "estimation", "comparison", "design", "reports")
+    parts = ("discovery", "estimation", "comparison", "design", "reports", "commands")
     tests = " ".join(f"tests/friction_estimation/{part}" for part in parts)
-    return noticed(f"-n 96 --seed 3 --areas estimation discovery reports --tests {tests}")
+    return noticed(f"-n 54 --seed 11 --areas estimation discovery reports --tests {tests}")
 
 
 # --- from the ice to draws, and from films -------------------------------------------------------

@@ -31,14 +31,13 @@ __all__ = [
 def _cards() -> dict[str, EffectCard]:
     modules = [import_module(found.name) for found in walk_packages(__path__, f"{__name__}.")]
     cards = [module.CARD for module in modules if hasattr(module, "CARD")]
-    cards.sort(key=lambda card: card.name)
     cards += [point.load()() for point in entry_points(group="curling.effects")]
     return {card.name: card for card in cards}
 
 
 def catalogue() -> dict[str, EffectCard]:
-    """Every known effect by name."""
-    return dict(_cards())
+    """Every known effect by name, in the order of the names."""
+    return dict(sorted(_cards().items()))
 
 
 def mistaken_for(what: Literal["map", "camera"]) -> list[EffectCard]:
@@ -46,7 +45,7 @@ def mistaken_for(what: Literal["map", "camera"]) -> list[EffectCard]:
 
     Those that act on single contacts come first, as in the force law.
     """
-    found = [card for card in _cards().values() if what in card.search.mistaken_for]
+    found = [card for card in catalogue().values() if what in card.search.mistaken_for]
     return sorted(found, key=lambda card: card.acts != "contact_friction")
 
 

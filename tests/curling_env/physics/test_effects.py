@@ -259,6 +259,7 @@ def test_an_effect_can_be_taken_out_of_the_catalogue_and_put_back() -> None:
     finally:
         assert register(card) is card
     assert catalogue()["air_drag"] is card
+    assert list(catalogue()) == sorted(catalogue())
 
 
 OUTSIDE = '''

@@ -81,6 +81,16 @@ def test_a_headline_spans_all_but_four_per_cent_of_the_crossed_cells():
         assert headline(none) == "This ice is of usual speed: μ = 0.00900."
 
 
+def test_a_friction_that_may_be_keen_or_heavy_is_called_hardly_known():
+    assert headline(estimate(interval=(0.0061, 0.0133))) == (
+        "The friction of this ice is hardly known: μ is 0.0061 to 0.0133 with 95 % probability; "
+        "more throws, or longer ones, would narrow that."
+    )
+    assert "μ is 0.0000 to" in headline(estimate(interval=(-0.001, 0.0133)))
+    for other in ((0.0076, 0.0133), (0.0061, 0.0094), (np.nan, np.nan)):
+        assert headline(estimate(interval=other)).startswith("This ice is of usual speed: ")
+
+
 def test_a_measured_power_of_the_speed_is_in_the_headline():
     power = ActiveEffect(
         name="speed_dependent_friction", parameters={"exponent": 0.34}, sigma={"exponent": 0.051}
