@@ -55,7 +55,7 @@ class Snapshots:
         _check_lines(self._path(what, "txt"), [f"{name} {value}" for name, value in flat])
 
     def page(self, html: str) -> None:
-        """Compare a page without its style and footer; its pictures are snapshots of their own."""
+        """Compare a page without its style and footer; its pictures have separate snapshots."""
         for k, found in enumerate(PICTURE.findall(html)):
             self.picture(base64.b64decode(found), f"{k + 1}")
         for shown in (PICTURE, STYLE, FOOTER):
