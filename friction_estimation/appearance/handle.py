@@ -22,7 +22,7 @@ from friction_estimation.appearance.crops import (
 )
 from friction_estimation.appearance.fit import Appearance, Channels
 from friction_estimation.appearance.occlusion import PosedStone, add_neighbours
-from friction_estimation.appearance.painting import turn_handle
+from friction_estimation.appearance.painting import repaint_handle
 from friction_estimation.appearance.shape import HANDLE, PARTS, TOP
 from friction_estimation.appearance.tuning import (
     HANDLE_COLLARS,
@@ -222,10 +222,10 @@ def heading_costs(crop: Crop, look: Appearance) -> Floats:
 
 def _costs_of_headings(crop: Crop, look: Appearance, headings: Floats) -> Floats:
     """Misfit of one crop at each heading; the body is painted only once."""
-    planes, shape = painted_planes(crop, look), look.model.shape()
+    planes = painted_planes(crop, look)
     costs: list[float] = []
     for heading in headings:
         pose = np.array([*crop.pose[:2], heading])
-        turn_handle(planes, crop.window, shape, pose)
+        repaint_handle(planes, crop.window, look.model.values, pose)
         costs.append(misfit_of(crop, look, planes))
     return np.array(costs)
