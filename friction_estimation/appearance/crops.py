@@ -151,13 +151,12 @@ def trim(crop: Crop, look: Appearance) -> None:
     )
     near = coverage(crop, replace(look, model=reach))[0, :, : SHADE + 1].sum(axis=1) > 0
     if near.any():
-        window = crop.window
-        within = np.zeros(window.shape, dtype=bool)
-        rows, columns = np.nonzero(near.reshape(window.shape))
-        within[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1] = True
-        crop.window = window.cut(rows.min(), rows.max() + 1, columns.min(), columns.max() + 1)
-        crop.pixels = np.ascontiguousarray(crop.pixels[within.ravel()])
-        crop.background = np.ascontiguousarray(crop.background[within.ravel()])
+        inside = np.zeros(crop.window.shape, dtype=bool)
+        rows, columns = np.nonzero(near.reshape(inside.shape))
+        inside[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1] = True
+        crop.window = crop.window.cut(inside)
+        crop.pixels = crop.pixels[inside.ravel()]
+        crop.background = crop.background[inside.ravel()]
 
 
 def coverage(crop: Crop, look: Appearance) -> Planes:

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from curling_env.typing import Floats
+from curling_env.typing import Flags, Floats
 from friction_estimation.camera.camera import Camera
 
 CIRCLE = np.array([(np.cos(a), np.sin(a)) for a in np.linspace(0, 2 * np.pi, 48, endpoint=False)])
@@ -163,18 +163,15 @@ class PixelWindow:
         corners = np.array([[u, v], [u + columns - 1, v + rows - 1]], dtype=np.float64)
         return window_at(camera, corners, 0.0)
 
-    def cut(self, top: int, bottom: int, left: int, right: int) -> PixelWindow:
-        """Return the part within these rows and columns; `bottom` and `right` are excluded."""
-        (u, v), (rows, columns) = self.origin_px, self.shape
-        part = np.zeros((rows, columns), dtype=bool)
-        part[top:bottom, left:right] = True
-        inside = part.ravel()
+    def cut(self, inside: Flags) -> PixelWindow:
+        """Return the rectangle of the flags (rows, columns) that are set."""
+        rows, columns = np.nonzero(inside)
         return replace(
             self,
-            origin_px=(u + left, v + top),
-            shape=(bottom - top, right - left),
-            ray_xy=np.ascontiguousarray(self.ray_xy[inside]),
-            ray_slope=np.ascontiguousarray(self.ray_slope[inside]),
+            origin_px=(self.origin_px[0] + int(columns[0]), self.origin_px[1] + int(rows[0])),
+            shape=(int(np.ptp(rows)) + 1, int(np.ptp(columns)) + 1),
+            ray_xy=self.ray_xy[inside.ravel()],
+            ray_slope=self.ray_slope[inside.ravel()],
         )
 
 
