@@ -110,6 +110,19 @@ def _px_per_metre(dx, dy, z, scale):
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
+def _on_ice(ray_xy, rows, columns, i, j):
+    """Point at which the line of sight of a fine pixel meets the ice [m]."""
+    row, column = min(i // FINE, rows - 2), min(j // FINE, columns - 2)
+    down, along = (i + 0.5) / FINE - 0.5 - row, (j + 0.5) / FINE - 0.5 - column
+    a = row * columns + column
+    x = ray_xy[a, 0] + along * (ray_xy[a + 1, 0] - ray_xy[a, 0])
+    y = ray_xy[a, 1] + along * (ray_xy[a + 1, 1] - ray_xy[a, 1])
+    x += down * (ray_xy[a + columns, 0] - ray_xy[a, 0])
+    y += down * (ray_xy[a + columns, 1] - ray_xy[a, 1])
+    return x, y
+
+
+@compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
 def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
     """Paint the body: the share of every fine pixel that each of its parts covers.
 
@@ -135,10 +148,7 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
     mirrored = shape.mirror > 0.0 or shape.gloss > 0.0
     aslant = shape.light_x != 0.0 or shape.light_y != 0.0
     for row in range(rows):
-        below = min(row, rows - 2)
         for column in range(columns):
-            right = min(column, columns - 2)
-            a = below * columns + right
             i0, j0 = row * FINE, column * FINE
             lx, ly = ray_slope[row * columns + column, 0], ray_slope[row * columns + column, 1]
             fx, fy = ray_xy[row * columns + column, 0] - x, ray_xy[row * columns + column, 1] - y
@@ -150,23 +160,17 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
             z = min(max(-c1 / (c2 + 1e-12), -height), height)
             away = fx * fx + fy * fy + z * (2 * c1 + z * c2)
             if whole > 0.0 or away > (reach + 3 * widest) ** 2:
-                for m in range(FINE):
-                    for n in range(FINE):
-                        planes[FOOT, i0 + m, j0 + n] = 0.0
-                        planes[SIDE, i0 + m, j0 + n] = 0.0
-                        planes[BEVEL, i0 + m, j0 + n] = 0.0
-                        planes[TOP, i0 + m, j0 + n] = whole
-                        planes[LIT, i0 + m, j0 + n] = 0.0
+                for i in range(i0, i0 + FINE):
+                    for j in range(j0, j0 + FINE):
+                        for k in range(TOP):
+                            planes[k, i, j] = 0.0
+                        planes[TOP, i, j] = whole
+                        planes[LIT, i, j] = 0.0
                 continue
-            for m in range(FINE):
-                down = row + (m + 0.5) / FINE - 0.5 - below
-                for n in range(FINE):
-                    i, j = i0 + m, j0 + n
-                    along = column + (n + 0.5) / FINE - 0.5 - right
-                    fx = ray_xy[a, 0] + along * (ray_xy[a + 1, 0] - ray_xy[a, 0])
-                    fx += down * (ray_xy[a + columns, 0] - ray_xy[a, 0]) - x
-                    fy = ray_xy[a, 1] + along * (ray_xy[a + 1, 1] - ray_xy[a, 1])
-                    fy += down * (ray_xy[a + columns, 1] - ray_xy[a, 1]) - y
+            for i in range(i0, i0 + FINE):
+                for j in range(j0, j0 + FINE):
+                    fx, fy = _on_ice(ray_xy, rows, columns, i, j)
+                    fx, fy = fx - x, fy - y
                     c0, c1 = fx * fx + fy * fy, fx * lx + fy * ly
                     for k in range(TOP + 1):
                         planes[k, i, j] = 0.0
@@ -278,16 +282,9 @@ def paint_shade(x, y, shape, ray_xy, rows, columns, dark):
     shadow_ends = shape.shadow_radius + SHADE_REACH * shape.shadow_blur
     full_shadow = max(shape.shadow_radius - SHADE_REACH * shape.shadow_blur, 0.0)
     for i in range(rows * FINE):
-        below = min(i // FINE, rows - 2)
-        down = (i + 0.5) / FINE - 0.5 - below
         for j in range(columns * FINE):
-            right = min(j // FINE, columns - 2)
-            along = (j + 0.5) / FINE - 0.5 - right
-            a = below * columns + right
-            fx = ray_xy[a, 0] + along * (ray_xy[a + 1, 0] - ray_xy[a, 0])
-            fx += down * (ray_xy[a + columns, 0] - ray_xy[a, 0]) - x
-            fy = ray_xy[a, 1] + along * (ray_xy[a + 1, 1] - ray_xy[a, 1])
-            fy += down * (ray_xy[a + columns, 1] - ray_xy[a, 1]) - y
+            fx, fy = _on_ice(ray_xy, rows, columns, i, j)
+            fx, fy = fx - x, fy - y
             light, square = 1.0, fx * fx + fy * fy
             if square < contact_from * contact_from:
                 light -= shape.contact
@@ -323,10 +320,7 @@ def paint_handle(x, y, theta, shape, ray_xy, ray_slope, scale, rows, columns, ha
     half_width, play = 0.5 * shape.handle_width, 2 * widest
     collar, rise = shape.collar_radius + widest, shape.collar_rise
     for row in range(rows):
-        below = min(row, rows - 2)
         for column in range(columns):
-            right = min(column, columns - 2)
-            a = below * columns + right
             i0, j0 = row * FINE, column * FINE
             lx, ly = ray_slope[row * columns + column, 0], ray_slope[row * columns + column, 1]
             fx = ray_xy[row * columns + column, 0] - x + height * lx
@@ -346,18 +340,14 @@ def paint_handle(x, y, theta, shape, ray_xy, ray_slope, scale, rows, columns, ha
             near = collar + widest + rise * (abs(lx) + abs(ly))
             by_collar = fx * fx + fy * fy < near * near
             if not by_bar and not by_collar:
-                for m in range(FINE):
-                    for n in range(FINE):
-                        handle[i0 + m, j0 + n] = 0.0
+                for i in range(i0, i0 + FINE):
+                    for j in range(j0, j0 + FINE):
+                        handle[i, j] = 0.0
                 continue
-            for m in range(FINE):
-                down = row + (m + 0.5) / FINE - 0.5 - below
-                for n in range(FINE):
-                    along = column + (n + 0.5) / FINE - 0.5 - right
-                    fx = ray_xy[a, 0] + along * (ray_xy[a + 1, 0] - ray_xy[a, 0])
-                    fx += down * (ray_xy[a + columns, 0] - ray_xy[a, 0]) - x
-                    fy = ray_xy[a, 1] + along * (ray_xy[a + 1, 1] - ray_xy[a, 1])
-                    fy += down * (ray_xy[a + columns, 1] - ray_xy[a, 1]) - y
+            for i in range(i0, i0 + FINE):
+                for j in range(j0, j0 + FINE):
+                    fx, fy = _on_ice(ray_xy, rows, columns, i, j)
+                    fx, fy = fx - x, fy - y
                     share = 0.0
                     for k in range(3 if by_collar else 0):
                         z = height + 0.5 * k * rise
@@ -384,4 +374,4 @@ def paint_handle(x, y, theta, shape, ray_xy, ray_slope, scale, rows, columns, ha
                             ahead *= _px_per_metre(cosine, sine, z, scale) * FINE
                             beside *= _px_per_metre(-sine, cosine, z, scale) * FINE
                             share = max(share, _ramp(ahead) * _ramp(beside))
-                    handle[i0 + m, j0 + n] = share
+                    handle[i, j] = share
