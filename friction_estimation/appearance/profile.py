@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_triangular
-from scipy.optimize import lsq_linear
 
 from curling_env.typing import Floats
 from friction_estimation.appearance.crops import Crop, total_misfit
@@ -167,14 +165,15 @@ def _after_step(
     """
     values, count = free.values(look), len(free.names)
     matrix, right, alone, along = equations.eliminated(damping)
-    normal = FIT_WEIGHT * matrix + equations.prior
-    normal[np.diag_indices(len(normal))] *= 1 + damping
-    lowest, highest = np.full(len(values), -np.inf), np.full(len(values), np.inf)
-    lowest[:count] = np.maximum(free.low - values[:count], -free.spread)
-    highest[:count] = np.minimum(free.high - values[:count], free.spread)
-    root = np.linalg.cholesky(normal)
-    pull = solve_triangular(root, FIT_WEIGHT * right + equations.prior_right, lower=True)
-    step = lsq_linear(root.T, pull, (lowest, highest), method="bvls").x
+    step = _step_within(
+        FIT_WEIGHT * matrix + equations.prior,
+        FIT_WEIGHT * right + equations.prior_right,
+        damping,
+        free.low - values[:count],
+        free.high - values[:count],
+    )
+    step[:count] = np.clip(step[:count], -free.spread, free.spread)
+    step[:count] = np.clip(values[:count] + step[:count], free.low, free.high) - values[:count]
     foot, side = (count + 3 * PARTS.index(part) for part in ("foot", "side"))
     too_bright = (values + step)[foot] - MAX_FOOT_BRIGHTNESS * (values + step)[side]
     step[foot] -= max(too_bright, 0.0)
@@ -228,3 +227,23 @@ def _joint_equations(
     return Equations(
         matrix=matrix, right=right, prior=prior, prior_right=prior_right, crops=len(crops)
     )
+
+
+def _step_within(
+    normal: Floats, right: Floats, damping: float, lowest: Floats, highest: Floats
+) -> Floats:
+    """Return a damped step; its first parameters stay fixed at a bound that they would cross."""
+    free = np.ones(len(right), dtype=bool)
+    step = np.zeros(len(right))
+    damped = normal + damping * np.diag(np.diag(normal))
+    n = len(lowest)
+    for _ in range(4):
+        step[:] = 0.0
+        step[free] = np.linalg.solve(damped[np.ix_(free, free)], right[free])
+        over = free[:n] & (
+            ((lowest > -1e-9) & (step[:n] < 0)) | ((highest < 1e-9) & (step[:n] > 0))
+        )
+        if not over.any():
+            break
+        free[:n] &= ~over
+    return step
