@@ -83,7 +83,7 @@ def blurred(
     return out
 
 
-def composite_change(seen: Planes, behind: Planes) -> Planes:
+def composite_change(seen: Planes, behind: Planes | Floats) -> Planes | Floats:
     """Return the change of the ice's picture by the stone, (3, ...).
 
     Parameters

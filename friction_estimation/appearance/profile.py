@@ -69,7 +69,8 @@ class Equations:
         cross = self.matrix[shared:, :shared]
         own = self.matrix[shared:, shared:] * (1.0 + damping * np.eye(poses))
         own[np.diag_indices(poses)] += 1e-9
-        both = np.linalg.solve(own, np.column_stack([cross, self.right[shared:]]))
+        both = np.column_stack([cross, self.right[shared:]])
+        both = np.asarray(np.linalg.solve(own, both), dtype=np.float64)
         solved, alone = both[:, :-1], both[:, -1]
         matrix = self.matrix[:shared, :shared] - cross.T @ solved
         right = self.right[:shared] - cross.T @ alone
