@@ -69,7 +69,8 @@ def picture_derivatives(
             changed = blurred(light, window, moved)[:, 0] - seen[:, 0]
         else:
             changed = _changed(crop, look, planes, light, name, moved)
-        change[:] = composite_change(changed, behind) / np.float32(step)
+        change[:] = composite_change(changed, behind)
+        change /= step
     cover = shares(planes, window, shape)
     for channel in range(3):
         light_of = light_of_parts(cover, channel)[:, :parts]
