@@ -52,7 +52,7 @@ def picture_derivatives(
     derivatives (m, 3, n) and residuals (3, n) of each channel [standard deviations of the noise],
     and weights (n,) of the pixels
     """
-    window, shape = crop.window, look.model.values
+    window, shape, noise = crop.window, look.model.values, look.noise[:, None, None]
     rows, columns = window.shape
     behind = np.asarray(crop.background.T.reshape(3, rows, columns), dtype=np.float32, order="C")
     planes = painted_planes(crop, look)
@@ -70,7 +70,7 @@ def picture_derivatives(
         else:
             changed = _changed(crop, look, planes, light, name, moved)
         change[:] = composite_change(changed, behind)
-        change /= step
+        change /= step * noise
     cover = shares(planes, window, shape)
     for channel in range(3):
         light_of = light_of_parts(cover, channel)[:, :parts]
@@ -85,7 +85,7 @@ def picture_derivatives(
         changed = _changed(turned, look, planes, light, "handle", shape)
         jacobian[-1] = composite_change(changed, behind) / TURN_STEP
     weight = robust_weights(residual.T, look.noise)
-    jacobian /= look.noise[:, None, None]
+    jacobian[len(names) :] /= noise
     return jacobian.reshape(-1, 3, rows * columns), residual / look.noise[:, None], weight
 
 
