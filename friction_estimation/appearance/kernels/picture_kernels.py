@@ -44,7 +44,8 @@ def colour_planes(planes, colours, coloured):
         for j in range(planes.shape[2]):
             free = one - grip[j]
             cover = foot[j] + side[j] + bevel[j] + top[j]
-            lost[j] = free * (cover + (one - cover) * shade[j]) + grip[j]
+            dark = np.float32((1.0 - cover) * shade[j])  # the difference in double precision
+            lost[j] = free * (cover + dark) + grip[j]
             light[j] = free * cover + grip[j]
         for channel in range(3):
             out = coloured[channel + 1 if channel else 0, i]
