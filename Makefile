@@ -14,7 +14,8 @@ COMMA  := ,
 TORCH  := $(shell sed -n 's/^\(torch==[0-9.]*\).*/\1/p' constraints.txt)
 
 # One process, one core: the tests run side by side, and numeric libraries that each start a
-# thread per core only get in each other's way.
+# thread per core only get in each other's way. The tests of a file share its films: one process
+# runs them all, so that no film is drawn and tracked twice.
 SINGLE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1
 
 # Compiled modules are kept, whatever the machine's setting: hundreds of processes read them.
@@ -50,7 +51,7 @@ demo: $(CORE)  ## film, track, estimate, plan and throw on rendered films, into 
 	$(BIN)/curling demo -o runs/demo $(DEMO)
 
 test: setup browser docs  ## all tests, with the browser and the site that some need
-	$(SINGLE) $(BIN)/pytest -n $(JOBS) --dist worksteal -q
+	$(SINGLE) $(BIN)/pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder -q
 
 browser:  # Chromium, if this machine has none and lets us install it
 	@bash scripts/install_browser.sh

@@ -31,10 +31,9 @@ HUES = {
     HandleColour.PURPLE: 285.0,
 }
 """Hue of each colour on the colour circle [degrees]."""
-MIN_SATURATION = 0.25
-"""Minimum saturation of a colour."""
-DARK, BRIGHT = 0.3, 0.75
-"""Maximum brightness of a black handle, and minimum brightness of a white one."""
+FAINT = 0.25
+"""Saturation below which a handle has no colour, and brightness below which such a one is black;
+above the rest of the scale it is white."""
 CHROMATIC_SHARE = 0.12
 """Share of a stone that its handle covers at least; the granite around it has no colour."""
 INNER = 0.7
@@ -61,10 +60,10 @@ def colour_name(colour: Floats) -> HandleColour:
     """Name a colour, (3,) BGR."""
     pixel = np.asarray(colour, dtype=np.float32).reshape(1, 1, 3) / 255
     hue, saturation, value = (float(v) for v in cv2.cvtColor(pixel, cv2.COLOR_BGR2HSV)[0, 0])
-    if saturation < MIN_SATURATION:
-        if value < DARK:
+    if saturation < FAINT:
+        if value < FAINT:
             return HandleColour.BLACK
-        return HandleColour.WHITE if value > BRIGHT else HandleColour.GREY
+        return HandleColour.WHITE if value > 1 - FAINT else HandleColour.GREY
 
     def apart(name: HandleColour) -> float:
         return abs((hue - HUES[name] + 180) % 360 - 180)

@@ -21,7 +21,7 @@ from friction_estimation.camera.markings import (
     measure_markings,
     responses_of,
 )
-from friction_estimation.camera.tuning import MIN_CONTRAST, TOLERANCE_PX
+from friction_estimation.camera.tuning import AGREEING_SHARE, MIN_CONTRAST, TOLERANCE_PX
 
 OPTIONAL = ("button", "border")
 """Curves that clubs paint in different sizes, or cover."""
@@ -33,11 +33,6 @@ MIN_PARTS = 3
 """Minimum number of such parts in view."""
 DISTINCT = 4.0
 """Minimum response of a curve over the mean response of its surroundings."""
-AGREEING_SHARE = 0.7
-"""Minimum share of agreeing parts of a curve, and of all rings and hog lines."""
-ELSEWHERE_SHARE = 0.25
-"""Minimum share of the parts of a contradicting curve that are seen elsewhere; at least
-`MIN_PARTS`, because an object may lie there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,7 +61,8 @@ class SeenCurve:
     @property
     def contradicts(self) -> bool:
         """Return whether it is seen elsewhere."""
-        least = max(ELSEWHERE_SHARE * self.parts, MIN_PARTS)
+        # An object may lie there.
+        least = max((1 - AGREEING_SHARE) * self.parts, MIN_PARTS)
         return not self.agrees and self.elsewhere * self.parts > least - 0.5
 
 

@@ -23,11 +23,11 @@ from curling_env.infrastructure.files.storage import write_json
 from curling_env.typing import Floats, Image, Progress, no_progress, with_progress
 from friction_estimation.camera.lens import TERMS, Lens
 from friction_estimation.camera.tuning import (
+    BOARD_FOCAL_SIGMA,
     BOARD_MIN_CORNERS,
     BOARD_MIN_TILT_DEG,
     BOARD_MIN_VIEWS,
     BOARD_SEARCH_PX,
-    OPEN_FOCAL_SIGMA,
     TOLERANCE_PX,
 )
 from friction_estimation.film.pictures import read_picture
@@ -273,7 +273,7 @@ def _solved(
     )
     focal_sigma_px = float(np.asarray(sigma).ravel()[:2].max())
     tilt = max(np.degrees(np.arccos(min(abs(cv2.Rodrigues(r)[0][2, 2]), 1))) for r in turns)
-    if tilt < BOARD_MIN_TILT_DEG or not focal_sigma_px < OPEN_FOCAL_SIGMA * lens.focal_px:
+    if tilt < BOARD_MIN_TILT_DEG or not focal_sigma_px < BOARD_FOCAL_SIGMA * lens.focal_px:
         raise undetermined
     return LensCalibration(
         lens=lens, rms_px=float(rms_px), focal_sigma_px=focal_sigma_px, used=used, unused=unused

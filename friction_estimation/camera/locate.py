@@ -34,6 +34,7 @@ from friction_estimation.camera.refinement import PaintSolver, SolvedCamera, red
 from friction_estimation.camera.rough_pose import RoughSearch, TwoMarks
 from friction_estimation.camera.scene import Scene
 from friction_estimation.camera.tuning import (
+    CLICK_SIGMA_PX,
     MARK_SIGMA,
     PAINT_DEPTH,
     PHOTO_CORRELATION,
@@ -46,8 +47,6 @@ from friction_estimation.camera.tuning import (
 
 NEEDED = ("12-foot ring", "hog line")
 """Curves that must be seen in their places."""
-MIN_CLICK_DISTANCE_PX = 4.0
-"""Minimum distance between two marks."""
 CUT_LENS = FreeLens(focal=True, bends=True, cut=True)
 CURVE_COLOURS = {
     "hog line": (60, 230, 60),
@@ -251,7 +250,7 @@ def _end_seen(
     if not ends:
         raise InputError("tee and hog_centre of one end must be marked; other places are optional")
     for (one, a), (other, b) in combinations(clicks.items(), 2):
-        if np.hypot(a[0] - b[0], a[1] - b[1]) < MIN_CLICK_DISTANCE_PX:
+        if np.hypot(a[0] - b[0], a[1] - b[1]) < CLICK_SIGMA_PX:
             raise InputError(f"{one} and {other} are marked at the same place")
     return ends[0]
 

@@ -32,7 +32,6 @@ from friction_estimation.camera.tuning import (
     EDGE_BLUR_PX,
     EXPECTED_ERROR_PX,
     GROUP_SIZE,
-    MAX_LINE_WIDTH_PX,
     MIN_CONTRAST,
     MIN_LINE_WIDTH_PX,
     MIN_RADIUS_PX,
@@ -331,7 +330,7 @@ def responses_of(
     there, normal_px, scale, usable = _measurable(
         camera, markings, origin_px, np.add(origin_px, (columns - 1, rows - 1))
     )
-    width_px = np.clip(markings.width * scale, MIN_LINE_WIDTH_PX, MAX_LINE_WIDTH_PX)
+    width_px = np.maximum(markings.width * scale, MIN_LINE_WIDTH_PX)
     index = np.flatnonzero(usable)
     half = int(np.ceil(search_px / PROFILE_STEP_PX))
     along: Floats = np.arange(-half, half + 1, dtype=np.float64) * PROFILE_STEP_PX
@@ -464,7 +463,6 @@ def _measurable(
         usable &= camera.sees(markings.seen_from(camera))
         # Other paint must be out of reach of the last search.
         usable &= markings.clear * scale > NARROW_SEARCHES_PX[-1] + POINT_SEARCH_PX
-        usable &= (markings.width == 0) | (markings.width * scale < MAX_LINE_WIDTH_PX)
         # Blur moves a curved edge towards its inner side.
         usable &= radius_px > MIN_RADIUS_PX
     return there, normal_px, scale, usable

@@ -36,7 +36,7 @@ from friction_estimation.camera.refined import (
 )
 from friction_estimation.camera.scene import Scene
 from friction_estimation.camera.tuning import (
-    COMPLETE_SHARE,
+    AGREEING_SHARE,
     DISPLACED_SEARCH_PX,
     MAX_MISFIT,
     MAX_STARTS,
@@ -101,7 +101,7 @@ class PaintSolver:
             found += [] if solved is None else [solved]
             agreeing = [one for one in found if not one.wrong]
             unknown = 6 + self.fit.lens.count
-            if agreeing and (k > unknown or agreeing[-1].share > COMPLETE_SHARE):
+            if agreeing and (k > unknown or agreeing[-1].share > AGREEING_SHARE):
                 break
         return min(found, key=lambda k: (len(k.wrong), k.refined.misfit), default=None)
 

@@ -27,6 +27,8 @@ PAINT_DEPTH = 0.0, 0.004
 Rinks have some millimetres, and most drawn films have none."""
 PAINT_DEPTH_ERROR = 0.0005
 """Standard error of a measured thickness [m]."""
+CAMERA_HEIGHTS = 2.5, 25.0
+"""Range of heights of cameras above a rink [m]."""
 CAMERA_HEIGHT_PRIOR = (8.0, 0.5)
 """Median height of rink cameras [m] and its spread (in log): halls, galleries and tripods. It
 matters only if the paint does not determine the height, as for a camera that looks straight
@@ -54,7 +56,8 @@ the radius."""
 SHAPE_RISE = 0.00125
 """Displacement along the line of sight, in height, by the uncertainty of a stone's shape [m]."""
 STONE_HEIGHT_SIGMA = 0.05
-"""Standard error, in log, of a camera's height from pictures of a stone."""
+"""Standard error, in log, of a camera's height from pictures of a stone; with a larger one, a focal
+length counts as unknown."""
 PHOTO_MIN_SCALE_PX = 1.5
 """`MIN_SCALE_PX` for a photo of a club's ice, whose paint is exact to about a centimetre."""
 PHOTO_CORRELATION = 24.0
@@ -108,10 +111,10 @@ PHOTO_SEARCHES = (0.15, 0.08, 0.05)
 BOARD_MIN_TILT_DEG = 5.0
 """Minimum tilt of some board: views that all face the camera cannot separate focal length and
 distance."""
+BOARD_FOCAL_SIGMA = 0.02
+"""Maximum standard error, in log, of a focal length from a board."""
 MAX_MISFIT = 0.02
 """Maximum misfit of consistent points, as a share of the image's diagonal."""
-MAX_LINE_WIDTH_PX = 24.0
-"""Maximum apparent width of a line that is measured as one."""
 MIN_RADIUS_PX = 8.0
 """Minimum apparent radius of curvature of a measured ring: at a smaller one a blur of 0.7 px moves
 an edge by more than 0.03 px."""
@@ -122,11 +125,10 @@ OUTLIER_AT = 3.0
 TOLERANCE_PX = 2.0
 """Maximum distance of a curve, or of the corners of a board, from its projection that counts as
 agreement."""
-COMPLETE_SHARE = 0.8
-"""Share of the visible paint above which an agreeing camera is certainly correct."""
+AGREEING_SHARE = 0.7
+"""Minimum share of agreeing parts: of a curve, of all rings and hog lines, and of all paint if a
+camera is certainly correct. A curve of which the rest is seen elsewhere is in another place."""
 MIN_MARKINGS = 60
 """Minimum number of measured points that replace marks made by hand."""
 MIN_STONE_PX = 6.0
 """Minimum width of a tracked stone [px]."""
-OPEN_FOCAL_SIGMA = 0.02
-"""Standard error of the log focal length above which it counts as unknown."""

@@ -174,29 +174,18 @@ def discover(
     known = tuple(calibrations.values())
     # The matrices are too small to share: more threads of linear algebra only wait for each other.
     with threadpool_limits(limits=1, user_api="blas"), singular_fit_refused():
-        rng = np.random.default_rng(seed)
-        found = _discover(corrected(tracks, known), ice, scene, rng, progress)
+        refuse_too_many_cells(ice)
+        progress("reading tracks", 0.0)
+        session = open_session(corrected(tracks, known), scene)
+        progress("fitting the baseline", 0.05)
+        everything = fit_with_noise(base_model(ice, session), session)
+        found = search_session(everything, np.random.default_rng(seed), progress)
     return replace(
         found,
         calibrations=known,
         fits_worse_than_uniform=_is_other_ice(ice, found.final_base),
         given=ice,
     )
-
-
-def _discover(
-    tracks: Sequence[Trajectory],
-    ice: Ice | None,
-    scene: Scene | None,
-    rng: np.random.Generator,
-    progress: Progress,
-) -> Discovery:
-    """Find what a model lacks, from tracks with correct lengths and times."""
-    refuse_too_many_cells(ice)
-    progress("reading tracks", 0.0)
-    session = open_session(tracks, scene)
-    progress("fitting the baseline", 0.05)
-    return search_session(fit_with_noise(base_model(ice, session), session), rng, progress)
 
 
 def search_session(
@@ -216,18 +205,17 @@ def search_session(
     start, session = everything.model, everything.session
     if len(session) < LEAST_THROWS:
         return _too_few(everything)
-    found = _search(everything, rng, progress)
-    if found.dependences and misfit_of(found.final).white:
-        return found  # the unknown leaves only noise: no throw is exceptional
-    odd = exceptional_throws(found.selection.best, session)
+    selection, held_out = _select(everything, rng, progress)
+    odd = exceptional_throws(selection.best, session)
     if len(odd) and len(session) - len(odd) >= LEAST_THROWS:
         # A single event must not distort the rest: the other throws are searched separately.
         rest = session.only(np.setdiff1d(np.arange(len(session)), odd))
-        calm = _search(fit_with_noise(start, rest), rng, progress)
+        others = fit_with_noise(start, rest)
+        calm = _accept(others, *_select(others, rng, progress), progress)
         alone = misfit_of(fit(calm.final.model, session.only(odd), calm.final.noise, shared=False))
         if misfit_of(calm.final).white and (alone.surprise > CLEARLY_SEEN).all():
             return replace(calm, events=session.throws[odd].tolist())
-    return found
+    return _accept(everything, selection, held_out, progress)
 
 
 def _is_other_ice(ice: Ice | None, base: SessionFit) -> bool:
@@ -261,14 +249,30 @@ def _too_few(everything: SessionFit) -> Discovery:
     )
 
 
-def _search(everything: SessionFit, rng: np.random.Generator, progress: Progress) -> Discovery:
-    """Select, test and accept effects on one session."""
+def _select(
+    everything: SessionFit, rng: np.random.Generator, progress: Progress
+) -> tuple[Selection, Indices]:
+    """Select effects on the training throws; return also the indices of the held-out ones."""
     session = everything.session
     held_out = choose_held_out(session, rng)
     training = session.only(np.setdiff1d(np.arange(len(session)), held_out))
-    unseen = session.only(held_out)
     base = fit_with_noise(everything.model, training, everything.noise, near=(everything,))
-    selection = select(base, progress=part_of_progress(progress, 0.1, 0.7))
+    return select(base, progress=part_of_progress(progress, 0.1, 0.7)), held_out
+
+
+def _accept(
+    everything: SessionFit, selection: Selection, held_out: Indices, progress: Progress
+) -> Discovery:
+    """Test and accept the effects of a selection.
+
+    Parameters
+    ----------
+    everything : fit of the baseline to all throws
+    selection, held_out : as of `Discovery`
+    progress : progress
+    """
+    session = everything.session
+    unseen = session.only(held_out)
     progress("testing throw by throw", 0.7)
     found = name_effects(selection, unseen, session, progress)
     progress("forecasting throws held out", 0.9)

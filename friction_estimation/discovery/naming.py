@@ -18,7 +18,7 @@ from friction_estimation.discovery.evidence.unknown.explanation import (
     find_dependences,
 )
 from friction_estimation.discovery.evidence.unknown.nearby import Following
-from friction_estimation.discovery.model.fit import SessionFit, fit_to
+from friction_estimation.discovery.model.fit import SessionFit, fit_to, refit
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.model.noise import estimate_noise
@@ -27,7 +27,7 @@ from friction_estimation.discovery.search.selection import (
     Selection,
     misfit_of,
     prune,
-    refit,
+    without_term,
 )
 from friction_estimation.discovery.tuning import (
     LARGEST_P,
@@ -40,8 +40,6 @@ Structure = tuple[str, float]
 """The circumstance that the throws' own frictions follow most, and its p."""
 OF_FRICTION = {MAP_CARD.name, "friction_patch"}
 """Effects by which friction differs from place to place."""
-OF_THE_PLACE = {("x", "along"), ("y", "along")}
-"""Variables and pushes by which friction differs from place to place, as in a map."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -97,18 +95,10 @@ def name_effects(
         structure=structure,
         unknown=not after.white or scatters or follows,
     )
-    has_map = any(effect.label == MAP_CARD.name for effect in effects)
-    if not found.unknown and not has_map:
+    if not found.unknown:
         return found
     progress("asking what the unknown follows", 0.8)
-    # Friction that depends on another variable than the place may look like a map.
-    explanation = explain(selection.best, own, beyond_map=not found.unknown)
-    if explanation is None:
-        return found
-    follows = {(d.variable, d.push) for d in explanation.dependences}
-    if found.unknown or follows - OF_THE_PLACE:
-        return _beside_unknown(found, explanation, selection)
-    return found
+    return _beside_unknown(found, explain(selection.best, own), selection)
 
 
 def _beside_unknown(found: Named, explanation: Explanation, selection: Selection) -> Named:
@@ -229,4 +219,4 @@ def _proved(
             return fitted, effects, unproved
         worst = max(failed, key=lambda e: (e.p, -e.gain))
         unproved.append(worst.label)
-        fitted = prune(refit(fitted, fitted.model.without(worst.label)), own)
+        fitted = prune(without_term(fitted, worst.label), own)

@@ -228,8 +228,7 @@ def _level(start: Ice, session: Session) -> Ice:
 
 def _with_map(model: Model, session: Session, before: Ice | None) -> Model:
     """Return the model with a friction map, starting from an earlier ice if given."""
-    paths = [session.xy[session.rows(i)] for i in range(len(session))]
-    sheet = model.ice.sheet
+    paths, sheet = session.paths, model.ice.sheet
     if before is None:
         field = field_along(sheet, crossed_by(sheet, paths), *MAP_SHAPES[2])
     else:

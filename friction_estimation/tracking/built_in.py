@@ -106,6 +106,7 @@ def track_film(
     if gone:
         paths = [path, *(one.path for one in hit)]
         ice = bare_ice(steady.sample, background, refined.camera, stone.model, gone, paths)
+    thrown.correct_path(stone.sample, ice, refined.camera, options, others)
     frames = with_progress(
         steady.frames(), f"track {steady.path.name}", progress, steady.frame_count
     )

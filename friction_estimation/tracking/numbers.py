@@ -70,19 +70,20 @@ NOISE_AFTER_BLUR = 0.45
 BLOB_RIM_PX = 1.5
 """Width of the blurred rim of a blob that the threshold includes [px]."""
 PLAIN_NOISE = 12.0
-"""Standard error of a pixel in the comparison of pictures with stones [grey levels]."""
+"""Standard error of a pixel in the comparison of pictures with stones; noisier pictures are blurred
+before the search for blobs [grey levels]."""
 GRANITE_SPREAD = (15.0, 4.0, 4.0)
 """Difference of another stone's granite from that of the thrown one, in brightness and two colour
 differences [grey levels]: other granite, or other light at its place."""
 USUAL_HANDLE, HANDLE_SPREAD = (110.0, 0.0, 0.0), (60.0, 60.0, 60.0)
 """Mean and standard deviation of the colours of handles [grey levels]."""
-CAMERA_HEIGHTS = (2.5, 25.0)
-"""Range of heights of cameras above a rink [m]."""
 MIN_LOG_HEIGHT_SIGMA = 0.05
 """Minimum standard error of the logarithm of the height: it depends on the height of a stone's
 widest place, which is known to 3 mm of 57."""
 KNOWN_HEADING_SIGMA = 0.15
 """Standard error of a heading that is known at the beginning, as after a contact [rad]."""
+REPEATED_WAY = 0.05
+"""Minimum movement of a stone between pictures with independent model errors [m]."""
 INDEPENDENT_VIEW = np.pi / 4
 """Minimum turn of a handle between pictures with independent model errors [rad]."""
 MIN_INDEPENDENT_VIEWS = 3
@@ -127,7 +128,8 @@ END_FRAMES = 3
 LINK_FITS = 5
 """Number of detections that guide a path to a contact."""
 WINDOW = 45.0
-"""Duration of film over which the ice is constant [s]."""
+"""Duration of film over which the ice is constant, and maximum one of a film that is tracked whole,
+as one throw [s]."""
 AFTER_THROW = 4.0
 """Duration of film that is tracked after the last motion of a stone [s]."""
 HELD = 3.0
@@ -213,47 +215,40 @@ SURE = 8.0
 GATE = 4.0
 """Maximum innovation of a fit, and distance of two detections at one place; minimum movement of a
 stone that shows its direction [standard errors]."""
-LEAST_GATE, LEAST_GATE_PX = 0.03, 1.0
-"""Minimum gate of a fit [m], and in the picture [px]."""
 LOST = 0.5
 """Maximum standard error of the predicted position of a stone that is searched for [m]."""
 CONTACT_WITHIN = 1.5
 """Maximum time of extrapolation to a contact [s]."""
 SAME_PLACE = 0.2
-"""Maximum distance between positions of the same stone [m]; twice that for a coarse path of a stone
-that may have touched it."""
-LEAST_RESTING_VISIBLE = 0.6
-"""Minimum visible share of a resting stone."""
+"""Maximum distance between positions of the same stone, and addition to the gate of a fit around a
+contact [m]; twice that for a coarse path of a stone that may have touched it."""
+LEAST_VISIBLE = 0.6
+"""Minimum visible share of a resting stone, and of one that shows its appearance among people."""
 LINK_GATE = 20.0
 """Maximum squared distance of a detection from its stone [squared standard errors]."""
-CONTACT_GATE = 0.1
-"""Addition to the gate of a fit around a contact [m]."""
-LAY_UNTIL, FROM_REST = 2.5, 0.7
-"""Maximum time between a resting stone and a start at its place for the same stone [s], and maximum
-initial speed, as a share of its mean speed."""
+FROM_REST = 0.7
+"""Maximum initial speed of a stone that starts from rest, as a share of its mean speed."""
 APART = 0.5
 """Minimum time between two throws [s]."""
 RETURNS_FROM = 0.8
 """Maximum distance between the start of a stone that is pushed back and the rest of the one before
 it [m]."""
 LEAST_THROW = 3.0
-"""Minimum path of a throw in a recording [m]."""
+"""Minimum path of a throw in a recording, and of a stone that shows its appearance alone [m]."""
 RESTED = 2.0
-"""Minimum time at rest of a stone that has come to rest [s]."""
+"""Minimum time at rest of a stone that has come to rest, and maximum time between a resting stone
+and a start at its place for the same stone [s]."""
 PUSHED = 0.3
 """Minimum gain of speed of a stone that is moved [m/s]."""
 STANDING = 0.12
 """Maximum speed over three frames of a stone at rest [m/s]."""
-ONE_THROW_SECONDS = 60.0
-"""Maximum duration of a film that is tracked whole, as one throw [s]."""
 MOVING_STONE_SHARE = 0.2
 """Minimum changed share of a stone's picture."""
 MIN_CONTRAST = 14.0
 """Minimum difference of a moving object from the ice, of 255 grey levels."""
-CHANGE_SIGMAS = 5.0
-"""The same over the noise of the camera [standard deviations]."""
-NOISY = 12.0
-"""Noise above which pictures are blurred before the search for blobs [grey levels]."""
+NOISE_TIMES = 5.0
+"""Minimum multiple of what is usual in a film: of the camera's noise for a moving object, and of a
+measurement's distance from the path through others for an outlier."""
 CORE_CONTRAST_SHARE = 0.5
 """Minimum contrast of a blob's solid core, as a share of its maximum; shadows and reflections have
 less.
@@ -275,8 +270,6 @@ NEARLY_ALL = 0.95
 """Share that counts as all: of frames with a sighting for a stone that is alone all the way (films
 with people have 1.0 if it is, and at most 0.66 with sweepers), and of the path of a stone that
 moves."""
-REPEATED_WAY = 0.05
-"""Minimum movement of a stone between independent pictures [m]."""
 HEADING_MATCH = 0.7
 """Maximum deviation of a heading that agrees with the joint one, and maximum turn since its pixels
 changed [rad]."""
@@ -286,12 +279,7 @@ CLEAR_HEADING = 3.0
 """Minimum advantage of a heading over its reverse, and over any other [standard errors]."""
 MIN_FITS = 5
 """Minimum number of measurements for a throw, a track or a heading."""
-MIN_CHROMA = 25.0
-"""Minimum saturation of a coloured handle [of 255]."""
 SAME_HUE = np.radians(35.0)
 """Maximum difference of the hues of one handle [rad]."""
-MISFIT_TIMES, LEAST_MISFIT = 5.0, 0.02
-"""Minimum distance of an outlying measurement from the path through others: as a multiple of the
-film's median, and absolute [m]."""
 LONG = 1.0
 """Maximum time without measurements, or off the path, that is bridged without a remark [s]."""

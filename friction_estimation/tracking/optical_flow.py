@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.typing import Floats, Image
+from friction_estimation.tracking import numbers
 
 FlowMethod = Literal["plain", "pyramidal"]
 """Optical flow at one scale, or from coarse to fine."""
@@ -25,8 +26,6 @@ LEVELS = 3
 """Halvings of the picture in pyramidal optical flow: motions of up to some 40 px a frame."""
 WINDOW_PX = 9
 """Width of the window that is compared [px]."""
-RETURN_PX = 0.5
-"""A point must come back to within this of its start when the flow is reversed [px]."""
 
 
 def lucas_kanade(
@@ -59,7 +58,7 @@ def lucas_kanade(
     there, found, _ = cv2.calcOpticalFlowPyrLK(before, after, start, None, **settings)
     back, returned, _ = cv2.calcOpticalFlowPyrLK(after, before, there, None, **settings)
     apart = np.linalg.norm((back - start).reshape(-1, 2), axis=1)
-    good = (found.ravel() == 1) & (returned.ravel() == 1) & (apart < RETURN_PX)
+    good = (found.ravel() == 1) & (returned.ravel() == 1) & (apart < numbers.DETECTION_PX)
     return there.reshape(-1, 2).astype(np.float64), good
 
 

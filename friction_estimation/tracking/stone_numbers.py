@@ -14,6 +14,7 @@ import numpy as np
 
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
+from friction_estimation.appearance.tuning import MIN_HANDLE_CONTRAST
 from friction_estimation.film.channels import blue_and_red, channels_of_colour, green_beside
 from friction_estimation.tracking import numbers
 
@@ -82,7 +83,7 @@ def same_handle(one: str | None, other: str | None) -> bool:
         return True
     first, second = _chroma(one), _chroma(other)
     size = np.linalg.norm(first), np.linalg.norm(second)
-    if min(size) < numbers.MIN_CHROMA:
+    if min(size) < MIN_HANDLE_CONTRAST:
         return True
     return bool(first @ second > np.cos(numbers.SAME_HUE) * size[0] * size[1])
 

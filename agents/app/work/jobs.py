@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections import deque
 from collections.abc import Collection
 from importlib import import_module
 from pathlib import Path
+from time import monotonic
 
 from agents.app.club import Club, Job, Session
 from agents.app.club.club import added
@@ -171,7 +171,7 @@ class Reported:
 
     def __init__(self, club: Club, number: int) -> None:
         self._club, self._number = club, number
-        self._wrote = time.monotonic()
+        self._wrote = monotonic()
         self._pieces, self._piece = 1, 0
         self._stage = (0.0, 0.0)
         """Time at which a stage began, and the share done then."""
@@ -185,7 +185,7 @@ class Reported:
 
     def __call__(self, what: str, done: float, total: float = 1.0, /) -> None:
         """See `Progress`."""
-        now = time.monotonic()
+        now = monotonic()
         if now - self._wrote < PAUSE:
             return
         within = min(done / total, 1.0) if total else 0.0

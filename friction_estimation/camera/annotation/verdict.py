@@ -7,15 +7,15 @@ from collections.abc import Mapping, Sequence
 from curling_env.sheet import PAPER_SHEET, WORLD_CURLING_SHEET, Sheet
 from curling_env.units import FOOT
 from friction_estimation.camera.refined import RefinedCamera
-from friction_estimation.camera.tuning import TOLERANCE_PX
+from friction_estimation.camera.tuning import (
+    CAMERA_HEIGHTS,
+    CLICK_SIGMA_PX,
+    OUTLIER_AT,
+    TOLERANCE_PX,
+)
 
 SHEETS = (WORLD_CURLING_SHEET, PAPER_SHEET)
 """Sizes of ice that clubs have."""
-MAX_CLICK_SHARE = 0.005
-"""Maximum distance of a click from the paint, as a share of the picture's width."""
-MAX_HEIGHT = 30.0
-"""Maximum height of a camera in a rink [m]; with the wrong size of the ice, stones look too
-small."""
 BETTER_BY = 25.0
 """Minimum fall of the misfit for another size of the ice [squared standard errors]."""
 
@@ -30,13 +30,13 @@ def problems_of(refined: RefinedCamera, apart_px: Mapping[str, float]) -> list[s
     """
     problems: list[str] = []
     low, high = refined.height_range
-    if low > MAX_HEIGHT:
+    if low > CAMERA_HEIGHTS[1]:  # as with the wrong size of the ice
         problems.append(
             f"The camera would hang {low:.0f} to {high:.0f} m above the ice, and stones would be "
             "too small: check the size of the ice."
         )
     name = max(apart_px, key=lambda one: apart_px[one])
-    if apart_px[name] > MAX_CLICK_SHARE * refined.camera.size[0]:
+    if apart_px[name] > OUTLIER_AT * CLICK_SIGMA_PX:
         problems.append(
             f"The mark of the {name.replace('_', ' ')} is {apart_px[name]:.0f} px from the paint: "
             "move it onto the paint."

@@ -48,8 +48,8 @@ def locate(
     from friction_estimation.camera.expected import expected_errors, expected_in_words
     from friction_estimation.camera.locate import camera_from_photo, draw_markings
     from friction_estimation.camera.scene import load_scene, save_scene
+    from friction_estimation.camera.tuning import STONE_HEIGHT_SIGMA
     from friction_estimation.film.pictures import write_picture
-    from friction_estimation.tracking.films.in_words import UNSURE_HEIGHT
 
     cv2.setNumThreads(1)
     if not mark and start is None:
@@ -81,7 +81,7 @@ def locate(
         misses = found.refined.misses_px
         missed = ", ".join(f"{name} {misses[name]:.1f} px" for name in found.refined.missed)
         words = [f"some of the paint deviates by more than 2 px: {missed}; {at}"]
-    if spread > UNSURE_HEIGHT and height is None:
+    if spread > STONE_HEIGHT_SIGMA and height is None:
         uncertainty = f"its height is uncertain by {100 * spread:.0f} %"
         words.append(f"{uncertainty}: measure it and give --height")
     expected = expected_errors([found.refined], found.scene.stone_radius, found.scene.stone_height)

@@ -181,6 +181,11 @@ class Session:
         """Rows of the i-th throw."""
         return slice(int(self.starts[i]), int(self.starts[i + 1]))
 
+    @property
+    def paths(self) -> list[Floats]:
+        """Measured positions of every throw, (n, 2) each."""
+        return np.split(self.xy, self.starts[1:-1])
+
     @cached_property
     def owner(self) -> Indices:
         """Index of the throw of each row, (rows,)."""

@@ -18,7 +18,7 @@ from friction_estimation.discovery.evidence.next_throws import (
 from friction_estimation.discovery.model.candidates import candidates, effect_of
 from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.model.model import predict
-from friction_estimation.discovery.search.selection import refit, score_candidates, try_term
+from friction_estimation.discovery.search.selection import score_candidates, try_term, without_term
 from friction_estimation.discovery.tuning import LEAST_GAIN, RIVAL_GAIN
 
 
@@ -46,7 +46,7 @@ def alternatives(fitted: SessionFit, label: str) -> list[Alternative]:
     fitted : fit with the effect
     label : label of its term
     """
-    without = refit(fitted, fitted.model.without(label))
+    without = without_term(fitted, label)
     gain = without.deviance - fitted.deviance
     rivals = [
         score

@@ -304,6 +304,7 @@ class NextThrow:
         }
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")  # as in `discover`
 def next_throws(fitted: SessionFit, count: int = 3) -> list[NextThrow]:
     """Return the most informative throws about the ice of a fit, in the order in which to make
     them.
@@ -313,12 +314,6 @@ def next_throws(fitted: SessionFit, count: int = 3) -> list[NextThrow]:
     """
     if fitted.session.gates is not None:
         return []
-    # As in `discover`: more threads of linear algebra only wait for each other.
-    with threadpool_limits(limits=1, user_api="blas"):
-        return _next_throws(fitted, count)
-
-
-def _next_throws(fitted: SessionFit, count: int) -> list[NextThrow]:
     model = fitted.model
     targets = _targets(model)
     posterior = mixture(fitted)

@@ -22,10 +22,10 @@ from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import Term, neutral_values
-from friction_estimation.discovery.model.fit import SessionFit, fit, fit_to
+from friction_estimation.discovery.model.fit import SessionFit, fit, fit_to, refit
 from friction_estimation.discovery.model.minimum import minimum_of
 from friction_estimation.discovery.model.model import Model
-from friction_estimation.discovery.search.selection import refit
+from friction_estimation.discovery.search.selection import without_term
 from friction_estimation.discovery.tuning import (
     LARGEST_IMPROVEMENT,
     LEAST_SPREAD,
@@ -126,11 +126,11 @@ def _scores(fitted: SessionFit, held_out: Session | None) -> Floats:
 
 def _fit_without(fitted: SessionFit, label: str) -> SessionFit:
     """Return the fit without an effect."""
-    term = fitted.model.term(label)
-    model = fitted.model.without(label)
-    if model.systematic_error and not term.card.is_physical:
-        # The systematic error would replace it in every throw; selection has weighed the two.
-        model = replace(model, systematic_error=replace(model.systematic_error, held=True))
+    error = fitted.model.systematic_error
+    if error is None or fitted.model.term(label).card.is_physical:
+        return without_term(fitted, label)
+    # The systematic error would replace it in every throw; selection has weighed the two.
+    model = replace(fitted.model.without(label), systematic_error=replace(error, held=True))
     return refit(fitted, model)
 
 

@@ -187,14 +187,11 @@ def linearise(
     predicted : (rows, 6) states
     linear : the session around them
     """
-    found = sensitivities_by_throw(model, session, states, ln_factors)
-    residual = (session.observed - found.predicted[:, MEASURED])[:, :, None]
-    columns = (
-        found.of_throw(rows, i, residual[rows])
-        for i, rows in enumerate(map(session.rows, range(len(session))))
-    )
+    predicted, of_throw = sensitivities_by_throw(model, session, states, ln_factors)
+    residual = (session.observed - predicted[:, MEASURED])[:, :, None]
+    columns = (of_throw(i, residual[session.rows(i)]) for i in range(len(session)))
     linear = Linearisation.of(session, noise, model, states, ln_factors, columns)
-    return found.predicted, linear
+    return predicted, linear
 
 
 def fit(

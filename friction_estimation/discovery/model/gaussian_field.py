@@ -130,18 +130,15 @@ class SystematicError(CameraField):
 
     def columns(self, xy: Floats, theta: Floats) -> Floats:
         """Displacements per unit of each coefficient, (rows, 2, 4 n + 6)."""
-        shape, slow = self._shape(xy), _over_the_sheet(xy)
-        count = shape.shape[1]
+        shape = _correlation(xy[:, 1], self.nodes) @ self._root
+        shape = np.concatenate([shape, shape * xy[:, :1]], axis=1)
+        whole, count = xy[:, 1] / TEE_Y, shape.shape[1]
         out = np.zeros((len(xy), 2, 2 * count + 6))
         out[:, 0, :count] = out[:, 1, count : 2 * count] = shape
-        out[:, 0, -6:-4] = out[:, 1, -4:-2] = slow
+        out[:, 0, -6:-4] = out[:, 1, -4:-2] = np.column_stack([whole, whole**2])
         out[:, 0, -2], out[:, 1, -2] = np.cos(theta), np.sin(theta)
         out[:, 0, -1], out[:, 1, -1] = -np.sin(theta), np.cos(theta)
         return out
-
-    def _shape(self, xy: Floats) -> Floats:
-        along = _correlation(xy[:, 1], self.nodes) @ self._root
-        return np.concatenate([along, along * xy[:, :1]], axis=1)
 
     @property
     def deviations(self) -> Floats:
@@ -160,12 +157,6 @@ class SystematicError(CameraField):
 def _correlation(y: Floats, nodes: Floats) -> Floats:
     """Return the correlation of displacements at places (k,) and (n,) along the sheet, (k, n)."""
     return np.exp(-0.5 * ((y[:, None] - nodes) / SYSTEMATIC_LENGTH) ** 2)
-
-
-def _over_the_sheet(xy: Floats) -> Floats:
-    """Return a displacement that grows evenly along the sheet, and a bent one, (rows, 2)."""
-    along = xy[:, 1] / TEE_Y
-    return np.column_stack([along, along**2])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -51,11 +51,6 @@ def gram_matrix(session: Session, noise: SessionNoise, i: int, columns: Floats) 
     return flat.T @ flat
 
 
-def eliminate_states(grams: Floats) -> Floats:
-    """Gram matrices with the release states projected out, (k, m-6, m-6)."""
-    return project_out(_believed(grams), 6)
-
-
 def release_steps(grams: Floats, changes: Floats) -> Floats:
     """Best steps of the releases after steps of all other parameters, (n, k, 6).
 
@@ -87,7 +82,7 @@ def eliminate_factor(reduced: Floats, ln_factors: Floats, spread: float) -> tupl
 
     Parameters
     ----------
-    reduced : (k, m-6, m-6) from `eliminate_states`; factor first, residual last
+    reduced : (k, m-6, m-6) as of `Linearisation.reduced`; factor first, residual last
     ln_factors : (k,) ln factors around which the columns were computed
     spread : τ
 
@@ -169,7 +164,7 @@ class Linearisation:
     @cached_property
     def reduced(self) -> Floats:
         """Gram matrices of ln factor, shared parameters and residual, (k, P + 2, P + 2)."""
-        return eliminate_states(self.grams)
+        return project_out(_believed(self.grams), 6)
 
     @cached_property
     def prior(self) -> Floats:

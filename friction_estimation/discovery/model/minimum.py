@@ -84,18 +84,19 @@ def project_out(gram: Floats, count: int) -> Floats:
     return gram[..., count:, count:] - np.swapaxes(half, -1, -2) @ half
 
 
-def projected(whole: Floats, kept: Indices, others: Indices) -> Floats:
+def projected(whole: Floats, kept: Indices, others: Indices | None = None) -> Floats:
     """Return the quadratic in some parameters, with others optimised and the rest fixed.
 
     Parameters
     ----------
     whole : (P + 1, P + 1) Gram matrix of the parameters and the residual
-    kept, others : their places
+    kept, others : their places; all others by default
 
     Returns
     -------
     (k + 1, k + 1) Gram matrix of those kept and the residual
     """
+    others = np.setdiff1d(np.arange(len(whole) - 1), kept) if others is None else others
     order = np.concatenate([others, kept, [len(whole) - 1]]).astype(np.intp)
     return project_out(whole[order[:, None], order], len(others))
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
-from curling_env.ice import MAX_FRICTION, Ice
-from curling_env.ice_form import LevelError
+from curling_env.ice import MAX_FRICTION, FrictionMap, Ice
+from curling_env.ice_form import Interpolation, LevelError
 from curling_env.physics.law import Law, compile_law, on_tracks
 from curling_env.physics.state import State
 from curling_env.physics.wear import wear_along_path, wear_under_contacts
@@ -207,9 +207,9 @@ class Model:
     def _law_on_wear_cells(self) -> Law:
         """The force law, with its map on the cells for wear along paths."""
         # A fit may pass through impossible friction; only its result is checked.
-        mu = np.broadcast_to(np.minimum(self.law.mu, MAX_FRICTION), self.ice.sheet.shape).copy()
-        mapped = replace(self.ice, friction=replace(self.ice.friction, mu=mu), effects=())
-        finer = compile_law(mapped.refined(self.wear_refinement))
+        mu = np.broadcast_to(np.minimum(self.law.mu, MAX_FRICTION), self.ice.sheet.shape)
+        like = self.ice.friction.interpolation
+        finer = _on_finer_cells(mu.tobytes(), self.ice.sheet, like, self.wear_refinement)
         return self.law._replace(
             mu=finer.mu, origin_x=finer.origin_x, origin_y=finer.origin_y, cell=finer.cell
         )
@@ -290,6 +290,26 @@ class Model:
                 friction, mu=mu, sigma=mu * map_sigma, observed=observed.reshape(mu.shape)
             ),
         )
+
+
+@lru_cache(maxsize=4)
+def _on_finer_cells(mu: bytes, sheet: Sheet, interpolation: Interpolation, times: int) -> Law:
+    """Return the law of ice without effects on narrower cells.
+
+    Cached because derivatives by parameters of effects leave the map as it is.
+
+    Parameters
+    ----------
+    mu : (rows, columns) friction of the cells of the sheet
+    sheet, interpolation : as of `Ice` and `FrictionMap`
+    times : as of `Ice.refined`
+    """
+    cells = np.frombuffer(mu).reshape(sheet.shape)
+    unknown = np.zeros(sheet.shape)
+    friction = FrictionMap(
+        mu=cells, sigma=unknown, observed=unknown > 0.0, interpolation=interpolation
+    )
+    return compile_law(Ice(friction=friction, sheet=sheet).refined(times))
 
 
 def predict(

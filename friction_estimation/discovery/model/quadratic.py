@@ -76,12 +76,8 @@ def profile_amplitudes(model: Model, total: Floats) -> tuple[Model, float]:
     best, least = model, np.inf
     for _ in range(len(model.fields)):
         for which, (_, field) in enumerate(model.fields):
-            if field is best.map_field:
-                amplitude, value = _profile_map(best, total)
-                if value < least:
-                    best, least = best.with_amplitude(which, amplitude), value
-                continue
-            for amplitude in field.amplitudes:
+            mapped = field is best.map_field
+            for amplitude in [_map_amplitude(best, total)] if mapped else field.amplitudes:
                 other = best.with_amplitude(which, float(amplitude))
                 whole = total + prior_gram(other, len(total))
                 value = float(minimum_of(whole).value) + integration_cost(other, total)
@@ -90,8 +86,8 @@ def profile_amplitudes(model: Model, total: Floats) -> tuple[Model, float]:
     return best, least
 
 
-def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
-    """Return the amplitude of the friction map that minimises F, and that part of F.
+def _map_amplitude(model: Model, total: Floats) -> float:
+    """Return the amplitude of the friction map that minimises F.
 
     All coefficients of the map have the same prior. Once everything else is projected out, F is a
     sum over the eigenvectors of their information, whatever the amplitude.
@@ -100,28 +96,20 @@ def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
     assert field is not None
     own = np.arange(size)[model.map_slice]
     whole = total + prior_gram(model, size, fields=False)
-    alone = projected(whole, own, np.setdiff1d(np.arange(size - 1), own))
-    inner, right = alone[:-1, :-1], alone[:-1, -1]
+    alone = projected(whole, own)
+    values, vectors = np.linalg.eigh(alone[:-1, :-1])
     # As a function of the coefficients themselves, not of a step from the present ones.
-    least = float(alone[-1, -1] + field.values @ (2.0 * right + inner @ field.values))
-    right = right + inner @ field.values
-    values, vectors = np.linalg.eigh(inner)
-    shown = (vectors.T @ right) ** 2
-    others = [place for place, other in model.fields if other is not field]
-    beside = np.concatenate([np.arange(size)[place] for place in others] or [own[:0]])
+    shown = (vectors.T @ (alone[:-1, -1] + alone[:-1, :-1] @ field.values)) ** 2
+    others = [np.arange(size)[place] for place, other in model.fields if other is not field]
+    beside = np.concatenate([own[:0], *others])
     integrated = np.linalg.eigvalsh(projected(whole, own, beside)[:-1, :-1])
-    best = (field.amplitude, np.inf)
-    for amplitude in field.amplitudes:
-        trial = field.with_amplitude(float(amplitude))
-        value = least - float((shown / (np.maximum(values, 0.0) + amplitude**-2)).sum())
-        value += float(np.log1p(amplitude**2 * np.maximum(integrated, 0.0)).sum())
-        if value + trial.hyperprior < best[1]:
-            best = (float(amplitude), value + trial.hyperprior)
-    further = [other for _, other in model.fields if other is not field]
-    sizes = np.concatenate([other.deviations for other in further] or [np.empty(0)])
-    information = total[np.ix_(beside, beside)] * sizes[:, None] * sizes
-    cost = float(np.linalg.slogdet(np.eye(len(sizes)) + information)[1])
-    return best[0], best[1] + cost + sum(other.hyperprior for other in further)
+
+    def cost(amplitude: float) -> float:
+        explained = float((shown / (np.maximum(values, 0.0) + amplitude**-2)).sum())
+        spread_out = float(np.log1p(amplitude**2 * np.maximum(integrated, 0.0)).sum())
+        return spread_out - explained + field.with_amplitude(amplitude).hyperprior
+
+    return min(field.amplitudes.tolist(), key=cost)
 
 
 def bounded_step(total: Floats, step: Floats, model: Model) -> Floats:
@@ -170,7 +158,7 @@ def profile_spread(reduced: Floats, ln_factors: Floats, prior: Floats) -> tuple[
     whole[:throws, throws:] = reduced[:, 0, 1:]
     whole[throws:, :throws] = reduced[:, 0, 1:].T
     whole[throws:, throws:] = reduced[:, 1:, 1:].sum(axis=0) + prior
-    own = projected(whole, np.arange(throws), np.arange(throws, throws + size - 1))
+    own = projected(whole, np.arange(throws))
     inner, slope = 0.5 * (own + own.T)[:-1, :-1], own[:-1, -1]
     values, axes = np.linalg.eigh(inner)
     right = axes.T @ (slope + inner @ ln_factors)

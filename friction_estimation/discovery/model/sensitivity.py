@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 
@@ -98,42 +98,6 @@ def friction_along(
     return friction
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Sensitivities:
-    """Derivatives of x, y and theta by releases, ln μ of the throws and shared parameters.
-
-    A table of all throws at once would have many megabytes.
-
-    Parameters
-    ----------
-    predicted : (rows, 6) states
-    differences : place of the first column -> (rows, 3, ·) derivatives, without those by friction
-        if there is a map
-    patterns : (n, r) of the friction map at the instants of `paths`; None for a model without
-    map_place : place of their first column
-    paths : how the paths respond to friction; None for a model without a map
-    """
-
-    predicted: Floats
-    differences: dict[int, Floats]
-    patterns: Floats | None = None
-    map_place: int = 0
-    paths: LinearisedPaths | None = None
-
-    def of_throw(self, rows: slice, i: int, *further: Floats) -> Floats:
-        """Columns for the rows of the i-th throw, as of `sensitivities`, and further ones."""
-        own = {place: part[rows] for place, part in self.differences.items()}
-        if self.paths is not None and self.patterns is not None:
-            at = self.paths.instants_of_throw(i)
-            # Overall friction is also a constant map. If it were differentiated in another way, the
-            # difference of the two would act as information, and fits would drift along it.
-            sizes = np.insert(self.patterns[at], 0, 1.0, axis=1)
-            response = self.paths.responses_of_throw(i, self.paths.friction[at], sizes)
-            own[6] = own[7] = response[:, :, :1]
-            own[self.map_place] = response[:, :, 1:]
-        return np.concatenate([*(own[place] for place in sorted(own)), *further], axis=2)
-
-
 def sensitivities(
     model: Model, session: Session, states: Floats, ln_factors: Floats
 ) -> tuple[Floats, Floats]:
@@ -149,15 +113,22 @@ def sensitivities(
     columns : (rows, 3, 7 + P) derivatives of x, y, theta by the six numbers of the release, by ln μ
         of the throw, and by the P shared parameters
     """
-    found = sensitivities_by_throw(model, session, states, ln_factors)
-    throws = [found.of_throw(session.rows(i), i) for i in range(len(session))]
-    return found.predicted, np.concatenate(throws)
+    predicted, of_throw = sensitivities_by_throw(model, session, states, ln_factors)
+    return predicted, np.concatenate([of_throw(i) for i in range(len(session))])
 
 
 def sensitivities_by_throw(
     model: Model, session: Session, states: Floats, ln_factors: Floats
-) -> Sensitivities:
-    """Return the same as `sensitivities`, for one throw after the other."""
+) -> tuple[Floats, Callable[..., Floats]]:
+    """Return the same as `sensitivities`, for one throw after the other.
+
+    A table of all throws at once would have many megabytes.
+
+    Returns
+    -------
+    predicted : (rows, 6) states
+    of_throw : number of a throw, and further columns of its rows -> its columns, then these
+    """
     instants = Instants(np.empty(0), np.zeros(len(session) + 1, dtype=np.intp))
     if model.map_field is not None:
         instants = instants_of(session)
@@ -187,20 +158,30 @@ def sensitivities_by_throw(
         changed = vector.copy()
         changed[j] += step
         found[7 + j] = derivative(predict(model.at(changed), session, states, ln_factors), step)
-    if model.map_field is None:
+    field = model.map_field
+    paths = patterns = None
+    if field is None:
         # Overall friction acts like that of every throw.
         heavier = predict(model, session, states, ln_factors + LN_MU_STEP)
         found[6] = found[7] = derivative(heavier, LN_MU_STEP)
-        return Sensitivities(predicted=base, differences=found)
-    elsewhere = [other[at_instants] for other in moved]
-    paths = _linearised(model, session, ln_factors, instants, true[at_instants], elsewhere)
-    return Sensitivities(
-        predicted=base,
-        differences=found,
-        patterns=model.map_field.patterns_at(paths.xy),
-        map_place=7 + model.map_slice.start,
-        paths=paths,
-    )
+    else:
+        elsewhere = [other[at_instants] for other in moved]
+        paths = _linearised(model, session, ln_factors, instants, true[at_instants], elsewhere)
+        patterns = field.patterns_at(paths.xy)
+
+    def of_throw(i: int, *further: Floats) -> Floats:
+        own = {place: part[session.rows(i)] for place, part in found.items()}
+        if paths is not None and patterns is not None:
+            at = paths.instants_of_throw(i)
+            # Overall friction is also a constant map. If it were differentiated in another way, the
+            # difference of the two would act as information, and fits would drift along it.
+            sizes = np.insert(patterns[at], 0, 1.0, axis=1)
+            response = paths.responses_of_throw(i, paths.friction[at], sizes)
+            own[6] = own[7] = response[:, :, :1]
+            own[7 + model.map_slice.start] = response[:, :, 1:]
+        return np.concatenate([*(own[place] for place in sorted(own)), *further], axis=2)
+
+    return base, of_throw
 
 
 def _merged(session: Session, instants: Instants) -> tuple[Floats, Indices, Indices, Indices]:

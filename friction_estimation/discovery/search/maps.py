@@ -12,7 +12,6 @@ from functools import lru_cache
 import numpy as np
 
 from curling_env.sheet import Sheet
-from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.fit import SessionFit, refit
@@ -44,7 +43,7 @@ def renew_map(fitted: SessionFit) -> SessionFit:
     if present.known is None:
         fields = _fields_of(fitted.session, present.sheet)
     else:
-        fields = fields_to_try(present.sheet, _paths(fitted.session), present.known)
+        fields = fields_to_try(present.sheet, fitted.session.paths, present.known)
     field, _ = _best_of(fitted, bare, fields)
     alike = (field.length, field.smoothness) == (present.length, present.smoothness)
     if alike and (present.known is None or field.amplitude == present.amplitude):
@@ -59,12 +58,7 @@ def renew_map(fitted: SessionFit) -> SessionFit:
 @lru_cache(maxsize=2)
 def _fields_of(session: Session, sheet: Sheet) -> list[FrictionField]:
     """Fields of zero of all shapes, computed once: they depend only on the paths of the stones."""
-    return fields_to_try(sheet, _paths(session))
-
-
-def _paths(session: Session) -> list[Floats]:
-    """Measured positions of every throw, (n, 2) each."""
-    return [session.xy[session.rows(i)] for i in range(len(session))]
+    return fields_to_try(sheet, session.paths)
 
 
 def _best_of(

@@ -80,10 +80,9 @@ def find_ripple(fitted: SessionFit) -> RippleSearch:
     session = fitted.session
     _, columns = sensitivities(model, session, fitted.states, fitted.ln_factors)
     least = fitted.linear_in(model, columns, fitted.residuals).least()
-    xy = [session.xy[session.rows(i)] for i in range(len(session))]
     tried: list[tuple[float, Linearisation]] = []
     for length in RIPPLE_LENGTHS:
-        linear = _rippled(fitted, model, columns, ripple_over(xy, length))
+        linear = _rippled(fitted, model, columns, ripple_over(session.paths, length))
         tried.append((linear.least(), linear))
     clear_from = _seen_from(tried[1][1])
     value, linear = min(tried, key=lambda each: each[0])
@@ -151,7 +150,7 @@ def _information(linear: Linearisation) -> Floats:
     free = replace(model, ripple=model.ripple.with_amplitude(np.inf))
     whole = replace(linear, model=free).total()
     own = np.arange(len(whole))[model.ripple_slice]
-    return projected(whole, own, np.setdiff1d(np.arange(len(whole) - 1), own))[:-1, :-1]
+    return projected(whole, own)[:-1, :-1]
 
 
 def _likeness(linear: Linearisation, squares: Sequence[Floats]) -> float:

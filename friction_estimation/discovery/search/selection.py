@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -57,7 +58,7 @@ def score_candidates(fitted: SessionFit, terms: Sequence[Term]) -> list[Candidat
     own = np.arange(len(fitted.model.vector))
     others = np.arange(len(own), len(linear.model.vector))
     base = linear.least(own)
-    information = projected(linear.total(), others, own)
+    information = projected(linear.total(), others)
     scores: list[CandidateScore] = []
     position = 0
     for term in terms:
@@ -163,14 +164,7 @@ def fit_with_noise(
     session = session.without_rows(outlying_rows(session, first.residuals))
     first = fit(first.model, session, noise, states=first.states, ln_factors=first.ln_factors)
     noise = estimate_noise(session, first.residuals, start=start)
-    return fit(
-        first.model,
-        session,
-        noise,
-        states=first.states,
-        ln_factors=first.ln_factors,
-        iterations=iterations,
-    )
+    return refit(replace(first, noise=noise), first.model, iterations=iterations)
 
 
 def try_term(fitted: SessionFit, term: Term) -> Trial:
@@ -256,13 +250,15 @@ def select(base: SessionFit, *, progress: Progress = no_progress) -> Selection:
         rounds.append(SelectionRound(scores=scores, trials=trials, chosen=chosen))
         if not good:
             break
-        present = renew_map(refine(good[0].fit))
-        present = prune(present, kept)
-        noise = estimate_noise(present.session, present.residuals, start=present.noise)
-        present = replace(present, noise=noise)
-        present = refit(present, present.model)
+        present = settled(prune(renew_map(refine(good[0].fit)), kept))
     base = refit(replace(base, noise=present.noise), base.model)
     return Selection(base=base, best=present, before=misfit_of(base), rounds=rounds)
+
+
+def settled(fitted: SessionFit) -> SessionFit:
+    """Return the fit with the noise of its residuals."""
+    noise = estimate_noise(fitted.session, fitted.residuals, start=fitted.noise)
+    return refit(replace(fitted, noise=noise), fitted.model)
 
 
 def refine(fitted: SessionFit) -> SessionFit:
@@ -293,6 +289,12 @@ def _at_its_level(fitted: SessionFit, model: Model) -> Model:
     other = friction_along(model, fitted.session, fitted.ln_factors, paths)
     mine, its = (float(np.hypot(*each[:, :2].T).sum()) for each in (paths.friction, other))
     return replace(model, ln_mu=model.ln_mu + float(np.log(mine / its)))
+
+
+@lru_cache(maxsize=8)
+def without_term(fitted: SessionFit, label: str) -> SessionFit:
+    """Return the fit without a term. It is cached: proof and choice ask for the same."""
+    return refit(fitted, fitted.model.without(label))
 
 
 def prune(fitted: SessionFit, kept: set[str]) -> SessionFit:
@@ -326,7 +328,7 @@ def _without(fitted: SessionFit, term: Term, goal: float) -> SessionFit:
     bare = fitted.model.without(term.label)
     if term.map_field is None:
         return refit(fitted, bare, goal=goal)
-    return with_patches_relocated(refit(fitted, bare))
+    return with_patches_relocated(without_term(fitted, term.label))
 
 
 def with_patches_relocated(fitted: SessionFit) -> SessionFit:

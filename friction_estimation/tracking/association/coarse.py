@@ -26,7 +26,8 @@ class CoarsePath:
 
     Parameters
     ----------
-    t, xy, likeness : (n,) times [s], (n, 2) places [m] and (n,) likeness of its detections
+    t, xy, sigma : (n,) times [s], (n, 2) places and their standard errors [m] of its detections
+    likeness : (n,) their likeness
     alone : (n,) whether nothing that moves touches it there
     smooth : the path through them, on a grid of times
     released : when the thrower lets go, at the latest [s]; -inf if it slides from the beginning
@@ -35,6 +36,7 @@ class CoarsePath:
 
     t: Floats
     xy: Floats
+    sigma: Floats
     likeness: Floats
     alone: Flags
     smooth: SmoothPath
@@ -68,6 +70,21 @@ class CoarsePath:
         smooth = replace(self.smooth, place=moved(self.smooth.place))
         return replace(self, xy=moved(self.xy), smooth=smooth)
 
+    def through(self, places: Floats) -> CoarsePath:
+        """Return the path through fitted places instead of some of the detected ones.
+
+        Their standard errors stay those of detections, or a hit whose time is known to a tenth of
+        a second would put the path beside the places around it.
+
+        Parameters
+        ----------
+        places : (n, 2) fitted place at each detection [m]; NaN where none was fitted
+        """
+        xy = np.where(np.isfinite(places), places, self.xy)
+        last = float(self.smooth.t[-1])
+        smooth = _smoothed(self.t, xy, self.sigma, last, self.released, self.contacts)
+        return replace(self, xy=xy, smooth=smooth)
+
 
 def coarse_path(
     at: Integers, mode: Integers, seen: Detections, last: float, contacts: Sequence[float] = ()
@@ -83,6 +100,22 @@ def coarse_path(
     t, xy, sigma = seen.t[at], seen.xy[at], seen.sigma[at]
     carried = np.flatnonzero(mode == CARRIED)
     released = float(t[carried[-1]]) if len(carried) else -np.inf
+    return CoarsePath(
+        t=t,
+        xy=xy,
+        sigma=sigma,
+        likeness=seen.likeness[at],
+        alone=seen.alone[at],
+        smooth=_smoothed(t, xy, sigma, last, released, contacts),
+        released=released,
+        contacts=tuple(contacts),
+    )
+
+
+def _smoothed(
+    t: Floats, xy: Floats, sigma: Floats, last: float, released: float, contacts: Sequence[float]
+) -> SmoothPath:
+    """Return the smooth path through places; see `CoarsePath` and `coarse_path`."""
     grid = np.union1d(np.arange(0.0, last + _GRID, _GRID), t)
     row = np.searchsorted(grid, t)
     measured, error = np.full((2, len(grid), 2), np.nan)
@@ -93,13 +126,4 @@ def coarse_path(
             grid, measured, error, released=released, contacts=(*contacts, *jumps), scaled=False
         )
 
-    smooth, _ = smoothed_with_jump(smoothed, released)
-    return CoarsePath(
-        t=t,
-        xy=xy,
-        likeness=seen.likeness[at],
-        alone=seen.alone[at],
-        smooth=smooth,
-        released=released,
-        contacts=tuple(contacts),
-    )
+    return smoothed_with_jump(smoothed, released)[0]

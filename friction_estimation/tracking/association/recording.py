@@ -237,7 +237,7 @@ def _starts_from_rest(part: Path, seen: Detections) -> bool:
     at = part.at
     t, xy = seen.t[at], seen.xy[at]
     way = (xy[-1] - xy[0]) / max(float(np.hypot(*(xy[-1] - xy[0]))), 1e-9)
-    lay = (seen.t < t[0]) & (seen.t > t[0] - numbers.LAY_UNTIL)
+    lay = (seen.t < t[0]) & (seen.t > t[0] - numbers.RESTED)
     lay &= np.hypot(*(seen.xy - xy[0]).T) < numbers.RETURNS_FROM
     lay &= (xy[0] - seen.xy) @ way > -2 * numbers.DETECTION_M
     last = np.flatnonzero(lay)[-1:]

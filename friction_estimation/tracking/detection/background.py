@@ -55,7 +55,7 @@ class Background:
     @property
     def strong_grain(self) -> float:
         """Grain that hides much of a stone [grey levels]; 0 for weaker grain."""
-        return self.grain if self.noise > numbers.NOISY else 0.0
+        return self.grain if self.noise > numbers.PLAIN_NOISE else 0.0
 
     @property
     def slices(self) -> tuple[slice, slice]:
@@ -211,10 +211,10 @@ def moving_blobs(frame: Frame, background: Background, min_area_px: float = 6.0)
     cut = np.ascontiguousarray(frame[background.slices])
     flat = background.flat
     noise = background.noise
-    if noise > numbers.NOISY:  # else no stone stands out from the grain
+    if noise > numbers.PLAIN_NOISE:  # else no stone stands out from the grain
         cut, noise = cv2.blur(cut, (3, 3)), noise * numbers.NOISE_AFTER_BLUR
     difference = _strongest(cv2.absdiff(cut, flat))
-    limit = max(numbers.MIN_CONTRAST, numbers.CHANGE_SIGMAS * noise)
+    limit = max(numbers.MIN_CONTRAST, numbers.NOISE_TIMES * noise)
     mask = (cv2.blur(difference, (3, 3)) > limit).view(np.uint8)
     left, top, width, height = cv2.boundingRect(mask)
     if width == 0:

@@ -29,15 +29,16 @@ STRIDE = 8
 SURE, DOUBTFUL = 0.45, 0.2
 """Minimum scores of a stone, and of a doubtful one: in held-out drawn pictures 97 % of the
 detections above the first were stones, and 31 % of those between both."""
-BUTTON_ODDS, BUTTON_REACH = 0.44, 0.08
-"""Odds of a stone over those that its picture alone gives, and distance from a tee within which
-this applies [m]: if stones are small, the button looks like one."""
+BUTTON_ODDS = 0.44
+"""Odds of a stone at a tee over those that its picture alone gives: if stones are small, the button
+looks like one."""
 ERROR_PX = 0.9
 """Standard error of a place in each direction, in the pictures that the network sees [px]."""
 SCALE_STEP = 0.1
 """Maximum logarithm of the ratio of stone sizes in one resampled picture."""
 ONE_STONE = 0.35
-"""Maximum distance between detections of one stone, as a share of a stone's width."""
+"""Maximum distance between detections of one stone, or of a stone at a tee from it, as a share of a
+stone's width."""
 MIN_STONE_PX = 3.0
 """Minimum width of detected stones [px]."""
 GRID = 0.25
@@ -229,7 +230,7 @@ class OnIce:
                         xy=xy,
                         covariance=_covariance(self.camera, xy, factor),
                         px=px,
-                        score=_score_at(xy, one.score),
+                        score=_score_at(xy, one.score, self._model),
                         person=one.person,
                         in_play=bool(abs(xy[1]) < BACK_LINE_Y + self._model.radius),
                     )
@@ -240,9 +241,9 @@ class OnIce:
         return float(stone_width_px(self.camera, xy[None], self._model)[0])
 
 
-def _score_at(xy: Floats, score: float) -> float:
+def _score_at(xy: Floats, score: float, model: StoneModel) -> float:
     """Score of a stone at a place on the ice, from that of its picture."""
-    if np.hypot(xy[0], abs(xy[1]) - TEE_Y) >= BUTTON_REACH:
+    if np.hypot(xy[0], abs(xy[1]) - TEE_Y) > ONE_STONE * 2 * model.radius:
         return score
     return BUTTON_ODDS * score / (BUTTON_ODDS * score + 1 - score)
 

@@ -16,8 +16,6 @@ from friction_estimation.tracking import numbers
 
 HANDLE = 4
 """Row of the handle among the colours of an appearance."""
-STILL_SLIDES = 0.15
-"""Minimum final speed of a stone that has not come to rest [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +84,7 @@ class FilmTrack:
         a_second = (self.frame[-1] - self.frame[0]) / max(t[-1] - t[0], 1e-9)
         ahead = np.array([[*(self.trajectory.xy[-1] + numbers.LONG * velocity), 0.0]])
         filmed_on = self.frame_count - self.frame[-1] > numbers.LONG * a_second
-        if filmed_on and np.hypot(*velocity) > STILL_SLIDES and self.camera.sees(ahead)[0]:
+        if filmed_on and np.hypot(*velocity) > numbers.STANDING and self.camera.sees(ahead)[0]:
             parts.append(f"from {t[-1]:.1f} s on, while it still moves")
         return " and ".join(parts)
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from friction_estimation.camera.tuning import STONE_HEIGHT_SIGMA
 from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.films.tracked_film import TrackedFilm
-
-UNSURE_HEIGHT = 0.05
-"""Relative standard error of a camera's height above which it is reported."""
 
 
 def film_in_words(one: TrackedFilm) -> str:
@@ -39,7 +37,7 @@ def film_in_words(one: TrackedFilm) -> str:
 def _camera_in_words(found: FilmTrack) -> list[str]:
     words: list[str] = []
     uncertainty = found.refined.height_uncertainty
-    if uncertainty >= UNSURE_HEIGHT:
+    if uncertainty >= STONE_HEIGHT_SIGMA:
         words.append(
             f"its camera is about {found.camera.position[2]:.1f} m above the ice, uncertain by "
             f"{100 * uncertainty:.0f} %: measure it and give --height"

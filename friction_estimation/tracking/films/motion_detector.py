@@ -75,5 +75,5 @@ class MotionDetector:
         step = max(1, min(numbers.LEVEL_STEP, change.size // numbers.LEVEL_SQUARES))
         change = np.abs(change - int(np.median(change[::step])))
         noise = 1.48 * float(np.median(change[::step]))
-        changed = change > max(numbers.MIN_CONTRAST, numbers.CHANGE_SIGMAS * noise)
+        changed = change > max(numbers.MIN_CONTRAST, numbers.NOISE_TIMES * noise)
         return float(self._stones[changed].sum()) > numbers.MOVING_STONE_SHARE

@@ -89,7 +89,7 @@ def cut(
         slid_back=lambda *when: back.append(when),
         progress=progress,
     )
-    if len(throws) <= 1 and film.duration <= numbers.ONE_THROW_SECONDS:
+    if len(throws) <= 1 and film.duration <= numbers.WINDOW:
         return [Piece.whole(film)]
     if not throws:
         stabiliser_for(film.sample(STILL_FRAMES), film.path)  # refuses a camera that moves

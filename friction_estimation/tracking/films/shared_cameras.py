@@ -28,7 +28,7 @@ from friction_estimation.camera.lens import FreeLens, Lens
 from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.camera.refinement import displacement, refine_again
 from friction_estimation.camera.scene import Scene
-from friction_estimation.camera.tuning import OPEN_FOCAL_SIGMA
+from friction_estimation.camera.tuning import STONE_HEIGHT_SIGMA
 from friction_estimation.film.stabilisation import STILL_PX
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import numbers
@@ -127,7 +127,7 @@ class SharedCameras:
                 film = Film.open(path, scene.fps)
             except InputError:
                 continue  # it is reported when this film's turn comes
-            if film.size == films[0].size and film.duration <= numbers.ONE_THROW_SECONDS:
+            if film.size == films[0].size and film.duration <= numbers.WINDOW:
                 films.append(film)
 
         def sampled(film: SteadyFilm) -> None:
@@ -220,7 +220,7 @@ def solve_camera(
             np.mean([background.image for _, background in seen], axis=0), dtype=np.float32
         )
         refined = refine_again(refined, scene, image, seen[0][1].origin_px)
-    if refined.log_focal_sigma > OPEN_FOCAL_SIGMA:
+    if refined.log_focal_sigma > STONE_HEIGHT_SIGMA:
         stones: list[SeenStone] = []
         for steady, background in seen:
             with suppress(InputError):

@@ -25,7 +25,7 @@ from friction_estimation.appearance import (
 )
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refined import RefinedCamera, log_height_prior
-from friction_estimation.camera.tuning import CAMERA_HEIGHT_PRIOR
+from friction_estimation.camera.tuning import CAMERA_HEIGHT_PRIOR, CAMERA_HEIGHTS
 from friction_estimation.tracking import numbers
 
 
@@ -130,7 +130,7 @@ def focal_from_stone(
     alike = _Heights(refined, refine_at_focal, crops_of, model, alike=True)
     # The shift of the top is proportional to 1 / height, so heights are tried in even steps of
     # that.
-    lowest, highest = 1 / np.array(numbers.CAMERA_HEIGHTS)[::-1]
+    lowest, highest = 1 / np.array(CAMERA_HEIGHTS)[::-1]
     step = (highest - lowest) / (numbers.COARSE_HEIGHTS - 1)
     start = heights.first(1 / CAMERA_HEIGHT_PRIOR[0], noise)
     if start is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -64,11 +64,11 @@ class Follower:
         place, _, spread = self.path.at(t)
         theta = self._heading(t)
         pixel = 1.0 / np.linalg.norm(camera.px_per_metre(place), -2)
-        least = numbers.LEAST_GATE + numbers.LEAST_GATE_PX * pixel
+        least = numbers.DETECTION_M + numbers.DETECTION_PX * pixel
         if any(abs(t - contact) < numbers.DENSE_STEP for contact in self.path.contacts):
             self._seen = -np.inf  # its motion before is no information on that after
         if any(abs(t - contact) < numbers.CONTACT_WITHIN for contact in self.path.contacts):
-            least += numbers.CONTACT_GATE
+            least += numbers.SAME_PLACE
         known = spread.max() < numbers.LOST
         tries = [(place, spread)] if known else []
         if self._predict(t):
@@ -107,6 +107,37 @@ class Follower:
         self._seen = -np.inf
         self._update(t, strays[0])
         return strays[0]
+
+    def correct_path(
+        self,
+        sample: Mapping[float, Frame],
+        ice: Background,
+        camera: Camera,
+        options: TrackingOptions,
+        others: Sequence[OtherStone],
+    ) -> None:
+        """Correct the path by fits in the sampled frames that show the stone before any contact.
+
+        Detections may be several centimetres off, and before the first one the path is
+        extrapolated: there a fit could start nearer to a wrong minimum than to the stone.
+
+        Parameters
+        ----------
+        sample : frames by their times [s]
+        others : the stones that rest at first
+        """
+        places = np.full_like(self.path.xy, np.nan)
+        before = self.path.t < min(self.path.contacts, default=np.inf)
+        for k, t in enumerate(self.path.t[before].tolist()):
+            self._seen = -np.inf
+            frame = sample.get(t)
+            fit = None
+            if frame is not None:
+                fit = self.measure(t, frame, ice, camera, options, resting_at(t, others))
+            if fit is not None:
+                places[k] = fit.xy
+        self._seen, self._theta = -np.inf, self.turned
+        self.path = self.path.through(places)
 
     @property
     def measured_on_its_way(self) -> bool:
@@ -164,6 +195,15 @@ class Follower:
             self._theta = fit.theta
 
 
+def resting_at(t: float, others: Sequence[OtherStone]) -> list[PosedStone]:
+    """Return the stones that still rest at a time [s]."""
+    return [
+        PosedStone(look=one.look, pose=one.pose, in_background=np.isinf(one.rests.until))
+        for one in others
+        if t < one.rests.until
+    ]
+
+
 def follower_of(stone: OtherStone, people: bool) -> Follower:
     """Make the follower of a stone from the moment at which it was hit.
 
@@ -203,11 +243,7 @@ def follow(
     ice : the ice without the stones that leave their places
     """
     for t, frame in frames:
-        beside = [
-            PosedStone(look=one.look, pose=one.pose, in_background=np.isinf(one.rests.until))
-            for one in others
-            if t < one.rests.until
-        ]
+        beside = resting_at(t, others)
         moving = [one for one in (thrown, *hit) if t >= one.since]
         posed = [one.posed(t) for one in moving] if len(moving) > 1 else []
         for k, one in enumerate(moving):

@@ -29,7 +29,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.camera.refinement import refine_at_focal
 from friction_estimation.camera.scene import Scene
-from friction_estimation.camera.tuning import OPEN_FOCAL_SIGMA
+from friction_estimation.camera.tuning import STONE_HEIGHT_SIGMA
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.association.coarse import CoarsePath
 from friction_estimation.tracking.detection.background import Background
@@ -47,12 +47,6 @@ _ROUNDS = 2
 did not explain."""
 _VIEW_STEP = 0.2
 """Time between the pictures of a stone with people near it [s]."""
-_LEAST_VISIBLE = 0.45
-"""Minimum visible share of a stone in such a picture."""
-_LEAST_ALONE = 3
-"""Minimum number of pictures of an unoccluded stone for the first estimate of its appearance."""
-_APART = 1.0
-"""Minimum distance between places from which a stone looks different [m]."""
 _PARTS, _FROM_EACH = 10, 2
 """Number of parts of a path, and of the clearest pictures from each."""
 
@@ -88,11 +82,8 @@ class SeenStone:
         clear = np.flatnonzero(kept)
         alone = np.flatnonzero(kept & self.path.alone)
         # A single position does not show the profile of a stone.
-        if (
-            self.people
-            and len(alone) >= _LEAST_ALONE
-            and np.hypot(*np.ptp(self.path.xy[alone], axis=0)) > _APART
-        ):
+        far = len(alone) and np.hypot(*np.ptp(self.path.xy[alone], axis=0)) > numbers.LEAST_THROW
+        if self.people and far:
             clear = alone
         before = clear[self.path.t[clear] < min(self.path.contacts, default=np.inf)]
         if len(before) >= numbers.LEAST_CLEAR:  # later the ice around it may have changed
@@ -211,7 +202,7 @@ def _views(
         theta = 0.0 if heading is None else float(heading.at(t))
         start = np.array([*path.at(t)[0], theta])
         fit = measure_occluded(frame, channels, origin, camera, look, start, people=True)
-        if fit is None or fit.visible < _LEAST_VISIBLE or fit.inside < 1.0:
+        if fit is None or fit.visible < numbers.LEAST_VISIBLE or fit.inside < 1.0:
             continue
         if np.hypot(*(fit.xy - start[:2])) > stone.model.radius:
             continue
@@ -282,7 +273,7 @@ def with_focal(refined: RefinedCamera, scene: Scene, stones: Sequence[SeenStone]
     determine it.
     """
     stones = [stone for stone in stones if stone.crops(refined.camera)]
-    if refined.log_focal_sigma <= OPEN_FOCAL_SIGMA or not stones:
+    if refined.log_focal_sigma <= STONE_HEIGHT_SIGMA or not stones:
         return refined
     background = stones[0].background
 

@@ -31,8 +31,6 @@ _SHADOW = 0.12
 """Width of the ring around a stone that its shadow may darken [m]."""
 _PICTURES = 9
 """Number of frames for the picture of a resting stone."""
-_LEAST_PICTURES = 3
-"""Minimum number of frames that show the ice beneath a stone after it has left."""
 _HOUSE = 2.0
 """Radius around a tee within which its paint is round [m]."""
 _TURNS, _MOVES = 24, (-1.2, -0.9, -0.6, 0.6, 0.9, 1.2)
@@ -117,7 +115,7 @@ def bare_ice(
             free = ~np.any([one[rows, columns] for one in there], axis=0)
             shown = frame[rows + origin[1], columns + origin[0]]
             seen[k, free] = shown[free]
-        often = np.isfinite(seen[..., 0]).sum(axis=0) >= _LEAST_PICTURES
+        often = np.isfinite(seen[..., 0]).any(axis=0)
         values = np.zeros((len(rows), 3), dtype=np.float32)
         if often.any():
             values[often] = np.nanmedian(seen[:, often], axis=0)
@@ -237,12 +235,12 @@ def measured_at_rest(
         return None
     crops = crops_at([whole], [0.0], [rough.xy], channels, origin, camera, thrown.model)
     if not crops:  # its rim is not completely in the picture, and its colours cannot be estimated
-        seen = rough.visible >= numbers.LEAST_RESTING_VISIBLE
+        seen = rough.visible >= numbers.LEAST_VISIBLE
         return OtherStone(rests=stone, look=body, fit=rough, heading=np.nan) if seen else None
     found = own_look(crops[0], thrown)
     start = np.array([*rough.xy, found.heading])
     fit = measure_occluded(whole, channels, origin, camera, found.look, start, beside)
-    if fit is None or fit.visible < numbers.LEAST_RESTING_VISIBLE:
+    if fit is None or fit.visible < numbers.LEAST_VISIBLE:
         return None
     heading = fit.theta if found.clear else np.nan
     return OtherStone(rests=stone, look=found.look, fit=fit, heading=float(heading))

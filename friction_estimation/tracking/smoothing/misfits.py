@@ -170,4 +170,4 @@ def _is_off(path: SmoothPath) -> Flags:
     near = np.abs(path.t[:, None] - path.t[seen]) <= numbers.NEIGHBOURS
     square = near @ path.off[seen] ** 2 / np.maximum(near.sum(axis=1), 1)
     usual = np.median(square[seen])
-    return square > max(numbers.MISFIT_TIMES**2 * usual, numbers.LEAST_MISFIT**2)
+    return square > max(numbers.NOISE_TIMES**2 * usual, numbers.DETECTION_M**2)

@@ -60,8 +60,7 @@ def test_an_event_is_reported_if_the_others_are_explained_and_it_is_not(
     session = open_session(make_session(throws=9, fps=5))
     fitted = fit_with_noise(base_model(None, session), session)
 
-    def searched(everything, *_):
-        selection = SimpleNamespace(best=everything)
+    def accepted(everything, selection, *_):
         return Discovery(
             fit=everything,
             after=misfit_of(everything),
@@ -76,7 +75,8 @@ def test_an_event_is_reported_if_the_others_are_explained_and_it_is_not(
         one = len(fitted.session) == 1
         return SimpleNamespace(white=calm, surprise=np.full(1, 9.0 if odd and one else 1.0))
 
-    monkeypatch.setattr(DISCOVER, "_search", searched)
+    monkeypatch.setattr(DISCOVER, "_select", lambda one, *_: (SimpleNamespace(best=one), []))
+    monkeypatch.setattr(DISCOVER, "_accept", accepted)
     monkeypatch.setattr(DISCOVER, "exceptional_throws", lambda *_: np.array([4]))
     monkeypatch.setattr(DISCOVER, "misfit_of", misfit)
     found = search_session(fitted, np.random.default_rng(0))
@@ -175,7 +175,7 @@ def test_what_is_left_and_what_came_second_is_reported():
 def searched(monkeypatch):
     """Search a session of some throws, of which some are odd; the steps that were taken."""
 
-    def run(throws, odd=(), *, white=False, follows=False, terms=()):
+    def run(throws, odd=(), *, white=False, terms=()):
         steps: list[str] = []
 
         def step(name, result=None):
@@ -185,14 +185,11 @@ def searched(monkeypatch):
 
             return taken
 
-        found = SimpleNamespace(
-            dependences=["spin"] if follows else [],
-            final=SimpleNamespace(model=None, noise=None),
-            selection=SimpleNamespace(best=None),
-        )
+        found = SimpleNamespace(final=SimpleNamespace(model=None, noise=None))
         for name in ("refine", "renew_map", "_too_few"):
             monkeypatch.setattr(DISCOVER, name, step(name))
-        monkeypatch.setattr(DISCOVER, "_search", step("_search", found))
+        monkeypatch.setattr(DISCOVER, "_select", step("select", (SimpleNamespace(best=None), [])))
+        monkeypatch.setattr(DISCOVER, "_accept", step("accept", found))
         monkeypatch.setattr(DISCOVER, "misfit_of", lambda _: SimpleNamespace(white=white))
         monkeypatch.setattr(DISCOVER, "exceptional_throws", step("odd", np.array(odd, dtype=int)))
         monkeypatch.setattr(DISCOVER, "fit_with_noise", step("rest"))
@@ -207,16 +204,16 @@ def searched(monkeypatch):
 
 
 def test_a_given_model_is_refined_before_the_search_where_it_leaves_more_than_noise(searched):
-    assert searched(9) == ["renew_map", "_search", "odd"]
-    assert searched(9, terms=("curl",)) == ["refine", "renew_map", "_search", "odd"]
-    assert searched(9, terms=("curl",), white=True) == ["renew_map", "_search", "odd"]
-    assert searched(8) == ["renew_map", "_search", "odd"]
+    assert searched(9) == ["renew_map", "select", "odd", "accept"]
+    assert searched(9, terms=("curl",)) == ["refine", "renew_map", "select", "odd", "accept"]
+    assert searched(9, terms=("curl",), white=True) == ["renew_map", "select", "odd", "accept"]
+    assert searched(8) == ["renew_map", "select", "odd", "accept"]
     assert searched(7) == ["renew_map", "_too_few"]
 
 
-def test_throws_are_odd_only_where_eight_others_are_left_and_no_unknown_explains_them(searched):
-    again = ["renew_map", "_search", "odd", "rest", "_search", "alone"]
-    assert searched(9, [4, 5]) == ["renew_map", "_search", "odd"]
+def test_throws_are_odd_only_where_eight_others_are_left(searched):
+    """If something is left without them, too, all are searched together."""
+    again = ["renew_map", "select", "odd", "rest", "select", "accept", "alone", "accept"]
+    assert searched(9, [4, 5]) == ["renew_map", "select", "odd", "accept"]
     assert searched(10, [4, 5]) == again
-    assert searched(9, [4], follows=True, white=True) == ["renew_map", "_search"]
-    assert searched(9, [4], follows=True) == again
+    assert searched(9, [4]) == again

@@ -35,8 +35,8 @@ def test_an_unknown_with_which_the_throws_fit_worse_takes_no_name(
 ):
     """An explanation that goes astray, here on purpose, must not cost what is proved."""
 
-    def astray(fitted, own, *, beyond_map):
-        result = explain(fitted, own, beyond_map=beyond_map)
+    def astray(fitted, own):
+        result = explain(fitted, own)
         session = result.fit.session
         bend = np.zeros((len(session.times), 3))
         side = np.nan_to_num(np.sign(session.theta - session.theta[0]))
@@ -71,7 +71,7 @@ def test_an_unknown_that_follows_the_place_alone_is_reported(make_session, monke
     """An effect that it makes superfluous is dropped, and the others stay in the fit."""
     across = Dependence(variable="x", share=1.0, p=1e-6, push="along")
 
-    def by_place(fitted, own, *, beyond_map):
+    def by_place(fitted, own):
         bare = refit(fitted, fitted.model.without("slope"))
         return Explanation(fit=bare, pushes=(), dependences=[across])
 
@@ -124,7 +124,7 @@ def test_effects_are_proved_if_all_are_together_at_five_per_cent(monkeypatch, p,
         ]
 
     monkeypatch.setattr(naming, "weigh_evidence", weigh)
-    monkeypatch.setattr(naming, "refit", lambda _, labels: labels)
+    monkeypatch.setattr(naming, "without_term", lambda one, label: one.model.without(label))
     monkeypatch.setattr(naming, "prune", lambda labels, _: fit_of(labels))
     session: Any = None
     named, effects, unproved = naming._proved(fit_of(["given", *p]), {"given"}, None, session)
@@ -252,23 +252,17 @@ def test_without_headings_what_pushes_sideways_may_be_curl(beside):
 def asked(monkeypatch):
     """Name effects whose residuals, spread and structure are given; what was asked for then."""
 
-    def name(
-        *labels, white=True, spread=0.01, p=0.5, explains=True, follows=("spin", "left")
-    ) -> tuple[bool, list[str]]:
+    def name(*labels, white=True, spread=0.01, p=0.5) -> tuple[bool, list[str]]:
         steps: list[str] = []
         fitted: Any = SimpleNamespace(model=SimpleNamespace(spread=spread))
         effects = [
             EffectEvidence(label=k, gain=50.0, p=0.001, improvements=np.zeros(0)) for k in labels
         ]
         misfit = SimpleNamespace(white=white)
-        variable, push = follows
-        dependence: Any = Dependence(variable=variable, share=0.5, p=1e-4, push=push)
-        explanation = SimpleNamespace(dependences=[dependence])
 
-        def explain(_, own, *, beyond_map):
+        def explain(_, own):
             assert own == {"given"}
-            steps.append("beyond the map" if beyond_map else "explain")
-            return explanation if explains else None
+            steps.append("explain")
 
         def noise(named, after):
             steps.append("noise")
@@ -314,17 +308,6 @@ def test_frictions_that_scatter_or_follow_something_lack_something(asked, given,
 
 def test_residuals_that_are_no_noise_lack_something_unless_it_is_noise_that_lasts(asked):
     assert asked("curl", white=False) == (True, ["noise", "explain", "beside"])
-    # Without an explanation what was found stays as it is.
-    assert asked("curl", white=False, explains=False) == (True, ["noise", "explain"])
-
-
-def test_a_map_may_be_friction_that_follows_another_variable_than_the_place(asked):
-    assert asked("friction_map") == (True, ["beyond the map", "beside"])
-    assert asked("friction_map", explains=False) == (False, ["beyond the map"])
-    for variable in ("x", "y"):
-        assert asked("friction_map", follows=(variable, "along")) == (False, ["beyond the map"])
-    assert asked("friction_map", follows=("x", "left"))[0]
-    assert asked("friction_map", p=0.001) == (True, ["explain", "beside"])
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from friction_estimation.discovery.model.fit import singular_fit_refused
 def test_headings_that_no_friction_explains_name_their_throw(damaged: int) -> None:
     throws = [Throw(speed=2.0 + 0.2 * k, spin=1.5 * (-1) ** k) for k in range(4)]
     tracks = [replace(track, throw=k) for k, track in enumerate(simulate("club", throws))]
-    tracks[damaged] = replace(tracks[damaged], theta=20.0 * tracks[damaged].t)
+    tracks[damaged] = replace(tracks[damaged], theta=40.0 * tracks[damaged].t)
     with pytest.raises(FitError, match=rf"throw {damaged} fits worst, by .* m and .* rad"):
         estimate_ice(tracks)
 

@@ -22,11 +22,11 @@ from friction_estimation.discovery.evidence.unknown.nearby import (
     nearby,
 )
 from friction_estimation.discovery.model.candidates import Term, candidates
-from friction_estimation.discovery.model.fit import SessionFit, fit, refit
+from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
-from friction_estimation.discovery.model.noise import estimate_noise
 from friction_estimation.discovery.search.selection import (
     refine,
+    settled,
     try_term,
     with_patches_relocated,
 )
@@ -35,7 +35,6 @@ from friction_estimation.discovery.tuning import (
     FURTHER_VARIABLE_GAIN,
     LARGEST_P,
     LARGEST_REST,
-    LEAST_GAIN,
     LEAST_SURVIVING,
     MOST_VARIABLES,
     USUAL_SPREAD,
@@ -234,20 +233,13 @@ class Explanation:
 def explain(
     fitted: SessionFit,
     given: Iterable[str],
-    *,
-    beyond_map: bool = False,
-) -> Explanation | None:
+) -> Explanation:
     """Effects and an unknown that together explain a session.
 
     Parameters
     ----------
     fitted : fit with effects that were selected without the unknown
     given : labels of terms that stay in any case
-    beyond_map : whether they must explain more than the friction map of the fit
-
-    Returns
-    -------
-    the explanation; None where it must explain more than the map, and does not
     """
     session, kept = fitted.session, set(given)
     tried: list[frozenset[str]] = []
@@ -256,14 +248,8 @@ def explain(
         own = [label for label in optional if label != MAP_CARD.name]
         others = candidates(session, fitted.model.terms)
         around = nearby(fitted, optional, others)
-        found = [search(around, start) for start in dict.fromkeys([tuple(own), ()])]
-        least = min(dispersion for _, dispersion in found)
-        made, dispersion = min(found, key=lambda each: around.value(each[0], least))
+        made, dispersion = search(around, own)
         made = surviving(around, made, dispersion)
-        if beyond_map and MAP_CARD.name in optional:
-            with_map = around.at_best(Combination(effects=frozenset(optional)), least)[0]
-            if around.value(made, least) >= with_map - LEAST_GAIN:
-                return None
         calm = _fit_beside(around, made, dispersion, others, shaped=True)
         if len(tried) == MOST_ROUNDS or (tried and made.effects in tried):
             break
@@ -304,9 +290,7 @@ def _fit_beside(
     for term in others:
         if term.label in made.effects:
             fitted = try_term(fitted, term).fit
-    fitted = refine(fitted) if shaped else fitted
-    noise = estimate_noise(calm, fitted.residuals, start=fitted.noise)
-    return refit(replace(fitted, noise=noise), fitted.model)
+    return settled(refine(fitted) if shaped else fitted)
 
 
 def fit_beside(fitted: SessionFit, pushes: Sequence[Following]) -> SessionFit:

@@ -59,7 +59,8 @@ class Combination:
 
     Parameters
     ----------
-    effects : labels of those terms that it has, beside the ones that all models have
+    effects : labels of those terms that it has, beside the ones that all models have; never that of
+        a friction map, which would absorb pushes that depend on the place
     pushes : pushes of the unknown that it has, and for each its prior standard deviation over the
         usual one
     spread : standard deviation of ln μ from throw to throw
@@ -142,12 +143,6 @@ class Nearby:
         return {label: places.astype(np.intp) for label, places in found.items()}
 
     @cached_property
-    def mapped(self) -> frozenset[str]:
-        """Labels of the optional terms that are friction maps: one or none."""
-        terms = (self.model.term(label) for label in self.optional)
-        return frozenset(term.label for term in terms if term.map_field)
-
-    @cached_property
     def always(self) -> Indices:
         """Places of the parameters that all combinations have."""
         optional = np.concatenate([np.empty(0, dtype=np.intp), *self.places.values()])
@@ -178,7 +173,7 @@ class Nearby:
         Their numerical difference would otherwise be fitted with large sizes of both that cancel.
         """
         none = [np.empty(0, dtype=np.intp)]
-        strengths = [self.offsets[label][0] for label in made.effects - self.mapped]
+        strengths = [self.offsets[label][0] for label in made.effects]
         effects = np.concatenate(none + strengths)
         pushed = np.concatenate(none + [self.pushes[push] for push in made.pushes])
         if not len(effects) or not len(pushed):
@@ -216,13 +211,10 @@ class Nearby:
     def _quadratic(
         self, made: Combination, total: Floats, dispersion: float = 1.0, *, priors: bool = True
     ) -> Quadratic:
-        # The friction map comes last of the effects: it is integrated over as the pushes are.
-        labels = sorted(made.effects)
-        fields = [self.places[label] for label in labels if label in self.mapped]
-        plain = [self.places[label] for label in labels if label not in self.mapped]
-        first = np.concatenate([self.always, *plain])
+        effects = [self.places[label] for label in sorted(made.effects)]
+        first = np.concatenate([self.always, *effects])
         pushed = [self.pushes[push] for push in made.pushes]
-        places = np.concatenate([first, *fields, *pushed, [self.size - 1]]).astype(np.intp)
+        places = np.concatenate([first, *pushed, [self.size - 1]]).astype(np.intp)
         block = places[:, None], places
         gram = total[block] / dispersion
         # Without an effect the residual includes its contribution.
@@ -237,21 +229,20 @@ class Nearby:
             gram[-1, -1] += away @ larger
         sizes = np.concatenate(
             [
-                *(self.model.map_field.deviations for _ in fields if self.model.map_field),
+                np.empty(0),
                 *(
                     np.full(len(self.pushes[push]), scale * USUAL_PUSHES[PUSHES.index(push.push)])
                     for push, scale in made.pushes.items()
                 ),
-                np.empty(0),
             ]
         )
         if priors:
             gram += self.linear.prior[block]
-            if self.model.map_field and not fields and CARD.name in self.optional:
-                field = self.model.map_field
+            field = self.model.map_field
+            if field and CARD.name in self.optional:
                 gram[-1, -1] -= float(((field.values / field.deviations) ** 2).sum())
-            last = np.arange(sum(map(len, fields)) + len(first), len(places) - 1)
-            gram[last, last] += sizes[len(sizes) - len(last) :] ** -2
+            last = np.arange(len(first), len(places) - 1)
+            gram[last, last] += sizes**-2
         return Quadratic(gram=gram, places=places, always=len(first), sizes=sizes)
 
     def minimum_cost(self, made: Combination, dispersion: float = 1.0) -> float:
@@ -265,8 +256,7 @@ class Nearby:
         integrated = 2.0 * float(np.log(least.pivots[quadratic.always :] * quadratic.sizes).sum())
         needed = LEAST_GAIN * (len(made.pushes) + len(made.effects))
         for label in made.effects:
-            if label not in self.mapped:
-                needed += GAIN_PER_PARAMETER * (len(self.places[label]) - 1)
+            needed += GAIN_PER_PARAMETER * (len(self.places[label]) - 1)
         return float(least.value) + integrated + self._total(made.spread)[1] + needed
 
     def dispersion(self, made: Combination) -> float:

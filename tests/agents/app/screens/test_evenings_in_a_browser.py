@@ -115,7 +115,7 @@ def test_the_remaining_time_does_not_jump_on_the_page(page, club, address, monke
     number = submit(club, "track", session).id
     club.change("job", number, state="running")
     now = 100.0
-    monkeypatch.setattr("agents.app.work.jobs.time.monotonic", lambda: now)
+    monkeypatch.setattr("agents.app.work.jobs.monotonic", lambda: now)
     reported = Reported(club, number)
     page.goto(f"{address}practice/{session.id}")
     line = page.locator("#jobs li")

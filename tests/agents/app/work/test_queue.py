@@ -174,7 +174,7 @@ def test_a_remaining_time_is_reported_only_while_estimates_agree(club, monkeypat
     session = club.add_session("Tuesday", "2026-11-17", "1", None)
     number = submit(club, "track", session).id
     now = 100.0
-    monkeypatch.setattr("agents.app.work.jobs.time.monotonic", lambda: now)
+    monkeypatch.setattr("agents.app.work.jobs.monotonic", lambda: now)
     reported = Reported(club, number)
 
     def left(rate, seconds, begin=0.0):

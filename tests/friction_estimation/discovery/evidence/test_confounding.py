@@ -33,7 +33,7 @@ def rivals(monkeypatch):
         fitted: Any = SimpleNamespace(deviance=500.0, model=model, session=None)
         without = SimpleNamespace(deviance=700.0, model=SimpleNamespace(terms=()))
         gains = {term.label: gain for term, _, gain in given}
-        monkeypatch.setattr(confounding, "refit", lambda *_: without)
+        monkeypatch.setattr(confounding, "without_term", lambda *_: without)
         monkeypatch.setattr(confounding, "candidates", lambda *_: [])
         monkeypatch.setattr(
             confounding,

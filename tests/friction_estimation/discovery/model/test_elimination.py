@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from friction_estimation.discovery import base_model
-from friction_estimation.discovery.model.linearisation import eliminate_factor, eliminate_states
-from friction_estimation.discovery.model.minimum import minimum_of, scaled_root
+from friction_estimation.discovery.model.linearisation import _believed, eliminate_factor
+from friction_estimation.discovery.model.minimum import minimum_of, project_out, scaled_root
 from friction_estimation.discovery.model.quadratic import bounded_step, profile_spread
 from friction_estimation.discovery.tuning import LEAST_SPREAD, RELEASE_SIGMA
 
@@ -54,7 +54,7 @@ def test_elimination_gives_what_one_large_fit_gives(problem, spread, rng):
     columns, grams = problem
     ln_factors = 0.3 * rng.normal(size=THROWS)
     prior = np.diag([4.0, 0.25, 0.0])
-    reduced = eliminate_states(grams)
+    reduced = project_out(_believed(grams), 6)
     left, log_terms = eliminate_factor(reduced, ln_factors, spread)
     found = minimum_of(left.sum(axis=0) + prior)
     expected, minimum = least_squares(columns, ln_factors, spread, np.array([4.0, 0.25]))
@@ -70,7 +70,7 @@ def test_elimination_gives_what_one_large_fit_gives(problem, spread, rng):
 
 def test_the_spread_is_where_its_likelihood_is_greatest(problem, rng):
     _, grams = problem
-    reduced = eliminate_states(grams)
+    reduced = project_out(_believed(grams), 6)
     ln_factors = 0.1 * rng.normal(size=THROWS)
     prior = np.diag([1.0, 1.0, 0.0])
     spread, value = profile_spread(reduced, ln_factors, prior)

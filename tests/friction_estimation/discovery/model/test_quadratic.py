@@ -19,7 +19,7 @@ from friction_estimation.discovery.model.linearisation import eliminate_factor
 from friction_estimation.discovery.model.minimum import minimum_of, project_out, projected
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.quadratic import (
-    _profile_map,
+    _map_amplitude,
     bounded_step,
     integration_cost,
     prior_gram,
@@ -153,12 +153,11 @@ def value_of(model, total):
 
 
 def test_the_amplitude_of_a_map_beside_other_fields_is_that_of_a_search(fields, total):
-    amplitude, value = _profile_map(fields, total)
+    amplitude = _map_amplitude(fields, total)
     tried = {
         a: value_of(fields.with_amplitude(2, float(a)), total) for a in fields.map_field.amplitudes
     }
     assert amplitude == min(tried, key=tried.__getitem__)
-    assert value == pytest.approx(tried[amplitude], rel=1e-9)
 
 
 def test_no_other_amplitude_of_one_field_is_better(fields, total):

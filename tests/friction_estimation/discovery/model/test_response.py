@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+from curling_env.ice import Ice
+from curling_env.sheet import PAPER_SHEET
+from friction_estimation.discovery import Term, crossed_by, field_along, predict
 from friction_estimation.discovery.model import sensitivity
+from friction_estimation.discovery.model.friction_field import CARD
+from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.response import (
     Instants,
     LinearisedPaths,
     _solve,
     instants_of,
 )
-from friction_estimation.discovery.model.sensitivity import (
-    Sensitivities,
-    _merged,
-    _moved,
-    _step,
-)
+from friction_estimation.discovery.model.sensitivity import _merged, _moved, _step
 
 from ..conftest import plain_session
 
@@ -185,24 +185,25 @@ def test_a_step_leads_away_from_a_bound(step_of):
 
 
 def test_columns_of_a_throw_stand_in_their_places(rng):
-    """Those of a map are computed when they are asked for."""
-    session = plain_session(throws=2, rows=4)
-    single = {place: rng.normal(size=(8, 3, 1)) for place in (0, 6, 7, 8)}
-    wide = rng.normal(size=(8, 3, 2))
-    found = Sensitivities(predicted=np.zeros((8, 6)), differences={**single, 10: wide})
-    further = rng.normal(size=(4, 3, 1))
-    rows = session.rows(1)
-    columns = found.of_throw(rows, 1, further)
-    expected = [*(single[k][rows] for k in (0, 6, 7, 8)), wide[rows], further]
-    assert columns == pytest.approx(np.concatenate(expected, axis=2))
-    paths = free_motion(session)
-    paths = paths._replace(friction=np.tile([1.0, 0.0, 0.0], (len(paths.path), 1)))
-    patterns = np.ones((len(paths.path), 2)) * [1.0, -3.0]
-    mapped = Sensitivities(
-        predicted=np.zeros((8, 6)), differences=single, patterns=patterns, map_place=9, paths=paths
-    )
-    columns = mapped.of_throw(rows, 1)
-    assert columns.shape == (4, 3, 6)
-    t = session.times[rows]
-    assert columns[:, 0, 4] == pytest.approx(t**2 / 2, abs=2e-3)
-    assert columns[:, 0, 5] == pytest.approx(-1.5 * t**2, abs=6e-3)
+    """Those of a map are computed when they are asked for, and further ones follow."""
+    session = plain_session(throws=2, rows=12)
+    states = session.first_states
+    y = np.linspace(-12.0, 12.0, 60)
+    crossed = crossed_by(PAPER_SHEET, [np.column_stack([0 * y, y])])
+    field = field_along(PAPER_SHEET, crossed, 9.0, np.inf)
+    model = Model(ice=Ice.uniform(0.009), terms=(Term(card=CARD, map_field=field),))
+    predicted, of_throw = sensitivity.sensitivities_by_throw(model, session, states, np.zeros(2))
+    rows, further = session.rows(1), rng.normal(size=(12, 3, 1))
+    columns = of_throw(1, further)
+    assert columns.shape == (12, 3, 7 + len(model.vector) + 1)
+    assert columns[:, :, -1:] == pytest.approx(further)
+    assert columns[:, :, 6] == pytest.approx(columns[:, :, 7])
+    for j in (0, 3, 7, 8, 9, 8 + len(field)):
+        moved, vector, step = states.copy(), model.vector, 1e-5
+        if j < 6:
+            moved[:, j] += step
+        else:
+            vector[j - 7] += step
+        there = predict(model.at(vector), session, moved, np.zeros(2))
+        change = ((there - predicted)[rows][:, [0, 1, 4]]) / step
+        assert columns[:, :, j] == pytest.approx(change, abs=0.01 * np.abs(change).max() + 1e-6)

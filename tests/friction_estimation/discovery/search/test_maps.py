@@ -77,7 +77,7 @@ class Given:
 def given_fit(*fields: FrictionField, gates: Any = None) -> Any:
     ice: Any = SimpleNamespace(sheet=PAPER_SHEET)
     terms = tuple(Term(card=CARD, map_field=field) for field in fields)
-    session = SimpleNamespace(gates=gates)
+    session = SimpleNamespace(gates=gates, paths=[])
     return Given(Model(ice=ice, terms=terms), 500.0, session)
 
 
@@ -94,7 +94,6 @@ def renewed(monkeypatch):
 
         monkeypatch.setattr(maps, "_fields_of", lambda *_: [best])
         monkeypatch.setattr(maps, "fields_to_try", lambda *_: [best])
-        monkeypatch.setattr(maps, "_paths", lambda _: [])
         monkeypatch.setattr(maps, "_best_of", lambda *_: (best, 0.0))
         monkeypatch.setattr(maps, "refit", refitted)
         found = renew_map(given_fit(present))

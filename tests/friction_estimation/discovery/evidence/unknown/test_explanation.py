@@ -12,19 +12,14 @@ from friction_estimation.discovery import (
     Combination,
     Dependence,
     Following,
-    base_model,
     candidates,
     explain,
     find_dependences,
-    find_map,
     fit_beside,
-    fit_with_noise,
     mixture,
     nearby,
-    open_session,
     refit,
     standard_errors,
-    try_term,
 )
 from friction_estimation.discovery.evidence.unknown import explanation
 from friction_estimation.discovery.evidence.unknown.explanation import (
@@ -138,15 +133,6 @@ def test_a_term_may_correct_pushes_if_it_explains_little_and_leaves_much(gain, r
     around: Any = SimpleNamespace(values=1000.0, minimum_cost=minimum_cost)
     assert may_correct_pushes(around, before, after) == corrects
     assert not may_correct_pushes(around, after, before)
-
-
-def test_an_unknown_is_asked_for_no_further_where_a_map_explains_more(sliding, rng):
-    smooth = sliding.random_field(rng, mu=0.009, spread=0.03, length=4.0)
-    tracks = sliding.measured_throws(smooth, sliding.varied_starts(rng, 6), rng, fps=5)
-    base = fit_with_noise(base_model(None, open_session(tracks)), open_session(tracks))
-    mapped = try_term(base, find_map(base)[0]).fit
-    assert explain(mapped, (), beyond_map=True) is None
-    assert explain(mapped, ()) is not None
 
 
 # --- decisions on costs that are given -----------------------------------------------------------
@@ -289,7 +275,7 @@ def test_an_effect_survives_if_half_of_its_gain_remains(beside, left):
 def explained(monkeypatch):
     """An explanation of a misfit, by costs around fits with given effects."""
 
-    def find(costs: Costs, *effects: str, kept=(), beyond_map=False):
+    def find(costs: Costs, *effects: str, kept=()):
         rounds: list[list[str]] = []
 
         def around(fitted, optional, others):
@@ -311,9 +297,7 @@ def explained(monkeypatch):
         monkeypatch.setattr(explanation, "candidates", lambda *_: [])
         monkeypatch.setattr(explanation, "_fit_beside", beside)
         monkeypatch.setattr(explanation, "with_patches_relocated", lambda fitted: fitted)
-        found = explain(fit_of(*kept, *effects), kept, beyond_map=beyond_map)
-        if found is None:
-            return None, rounds
+        found = explain(fit_of(*kept, *effects), kept)
         return ([term.label for term in found.fit.model.terms], found.pushes), rounds
 
     return find
@@ -350,11 +334,3 @@ def test_an_explanation_that_does_not_settle_ends_after_three_more_rounds(explai
     (labels, _), rounds = explained(Changing({}), "slope")
     assert len(rounds) == 4
     assert labels == ["drag"]
-
-
-@pytest.mark.parametrize(("gain", "explains"), [(517.0, True), (515.0, False)])
-def test_an_unknown_must_explain_more_than_a_map_by_what_an_effect_needs(explained, gain, explains):
-    """The map explains 500, and an effect needs 16."""
-    costs = Costs({"friction_map": 500.0, SIDE: gain})
-    assert (explained(costs, "friction_map", beyond_map=True)[0] is not None) == explains
-    assert explained(costs, "friction_map")[0] is not None

@@ -217,12 +217,7 @@ def by_least_squares(around, made, dispersion):
         free += curl.tolist()
     else:
         fixed[curl[0]] = -model.terms[1].values["strength"]  # its shape is no strength
-    if CARD.name in made.effects:
-        free += where.tolist()
-        rows += list(np.eye(size)[where] / field.amplitude)
-        right += (-field.values / field.amplitude).tolist()
-    else:
-        fixed[where] = -field.values
+    fixed[where] = -field.values
     for push, scale in made.pushes.items():
         free += around.pushes[push].tolist()
         rows += list(np.eye(size)[around.pushes[push]] / (scale * SIZES[push]))
@@ -235,16 +230,14 @@ def by_least_squares(around, made, dispersion):
 
 
 @pytest.mark.parametrize("dispersion", [1.0, 4.0])
-@pytest.mark.parametrize("effects", [(), ("curl",), (CARD.name,), (CARD.name, "curl")])
+@pytest.mark.parametrize("effects", [(), ("curl",)])
 @pytest.mark.parametrize("pushes", [{}, {STRONG: 0.3}, {STRONG: 1.0, WEAK_PUSH: 0.1}])
 def test_a_combination_costs_what_least_squares_leave(by_hand, dispersion, effects, pushes):
     made = Combination(effects=frozenset(effects), pushes=pushes, spread=0.02)
     least, information, free, log_terms = by_least_squares(by_hand, made, dispersion)
     assert by_hand.minimum_cost(made, dispersion) == pytest.approx(least)
-    # Maps and pushes are integrated over: the determinant of what is known of them beside others.
-    field = by_hand.model.map_field
-    sizes = [field.amplitude] * len(field) if CARD.name in effects else []
-    sizes += [scale * SIZES[push] for push, scale in pushes.items() for _ in range(2)]
+    # Pushes are integrated over: the determinant of what is known of them beside others.
+    sizes = [scale * SIZES[push] for push, scale in pushes.items() for _ in range(2)]
     integrated = 0.0
     if sizes:
         first = len(free) - len(sizes)
@@ -258,7 +251,6 @@ def test_a_combination_costs_what_least_squares_leave(by_hand, dispersion, effec
 def test_terms_have_their_places_and_strengths(by_hand):
     n = len(by_hand.model.map_field)
     assert by_hand.size == len(by_hand.model.vector) + 4 + 1
-    assert by_hand.mapped == {CARD.name}
     assert by_hand.always.tolist() == [0, 1]
     assert by_hand.places[CARD.name].tolist() == list(range(2, 2 + n))
     assert by_hand.places["curl"].tolist() == [2 + n, 3 + n]
