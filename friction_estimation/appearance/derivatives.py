@@ -15,7 +15,7 @@ from friction_estimation.appearance.crops import (
     robust_weights,
 )
 from friction_estimation.appearance.fit import Appearance
-from friction_estimation.appearance.kernels.change_kernels import change_of_light
+from friction_estimation.appearance.kernels.change_kernels import change_of_picture
 from friction_estimation.appearance.model import ShapeValues
 from friction_estimation.appearance.painting import (
     Planes,
@@ -67,25 +67,24 @@ def picture_derivatives(
         moved = shape._replace(**{name: getattr(shape, name) + step})
         if name in ("blur_px", "colour_blur_px"):
             changed = blurred(light, window, moved)[:, 0] - seen[:, 0]
+            np.divide(composite_change(changed, behind), step * noise, out=change)
         else:
-            changed = _changed(crop, look, planes, light, name, moved)
-        change[:] = composite_change(changed, behind)
-        change /= step * noise
+            _fill_change(change, step, crop, look, (planes, light, behind), name, moved)
     cover = shares(planes, window, shape)
     for channel in range(3):
         light_of = light_of_parts(cover, channel)[:, :parts]
         by_colours[channel::3, channel] = light_of.T.reshape(parts, rows, columns)
+        by_colours[channel::3, channel] /= look.noise[channel]
     if poses:
         # A small movement of the stone shifts its picture.
         by_shift = np.stack([composite_change(seen[:, d], behind) for d in (1, 2)])
         px = np.linalg.inv(window.scale[0] + 0.5 * look.model.height * window.scale[1])
-        jacobian[-poses:][:2] = np.einsum("sp,s...->p...", px, by_shift)
+        jacobian[-poses:][:2] = np.einsum("sp,s...->p...", px, by_shift) / noise
     if poses == 3:
         turned = replace(crop, pose=crop.pose + np.array([0.0, 0.0, TURN_STEP]))
-        changed = _changed(turned, look, planes, light, "handle", shape)
-        jacobian[-1] = composite_change(changed, behind) / TURN_STEP
+        before = planes, light, behind
+        _fill_change(jacobian[-1], TURN_STEP, turned, look, before, "handle", shape)
     weight = robust_weights(residual.T, look.noise)
-    jacobian[len(names) :] /= noise
     return jacobian.reshape(-1, 3, rows * columns), residual / look.noise[:, None], weight
 
 
@@ -94,22 +93,28 @@ def step_of(name: str) -> float:
     return LENGTH_STEP if SHAPE_PRIOR[name][0] < LONGEST_SPREAD else STEP
 
 
-def _changed(
-    crop: Crop, look: Appearance, planes: Planes, light: Planes, name: str, moved: ShapeValues
-) -> Planes:
-    """Return the change of the `blurred` planes by another shape or pose, (5, rows, columns).
+def _fill_change(
+    change: Floats,
+    step: float,
+    crop: Crop,
+    look: Appearance,
+    before: tuple[Planes, Planes, Planes],
+    name: str,
+    moved: ShapeValues,
+) -> None:
+    """Fill in the change of the picture by another shape or pose, (3, rows, columns) [standard
+    deviations of the noise, per unit of the step].
 
     Parameters
     ----------
     crop : with the changed pose
-    planes, light : the stone before, as `painted` and `coloured`
+    before : the stone before, as `painted` and `coloured`, and the channels of the ice
     name : the parameter that changed, or what it begins with
     moved : the changed shape
     """
     window = crop.window
     handle, shade = name.startswith(HANDLE_PREFIXES), name.startswith(SHADE_PREFIXES)
-    seen = np.empty((5, 3, *window.shape), dtype=np.float32)
-    change_of_light(
+    change_of_picture(
         crop.pose,
         moved,
         not (handle or shade),
@@ -120,8 +125,7 @@ def _changed(
         window.ray_xy,
         window.ray_slope,
         window.scale,
-        planes,
-        light,
-        seen,
+        *before,
+        step * look.noise,
+        change,
     )
-    return seen[:, 0]

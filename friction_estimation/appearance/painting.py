@@ -91,7 +91,9 @@ def composite_change(seen: Planes, behind: Planes | Floats) -> Planes | Floats:
     seen : (5, ...) values or slopes of `blurred`
     behind : (3, ...) channels of the ice
     """
-    return seen[[0, 2, 3]] - behind * seen[[1, 4, 4]]
+    own, hidden = seen[[0, 2, 3]], seen[[1, 4, 4]]
+    own -= behind * hidden
+    return own
 
 
 def shares(planes: Planes, window: PixelWindow, shape: ShapeValues) -> Planes:

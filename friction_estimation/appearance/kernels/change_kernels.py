@@ -15,13 +15,27 @@ from friction_estimation.appearance.shape import HANDLE, SHADE, SUMS_IN_ANY_ORDE
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
-def change_of_light(
-    pose, shape, body, shade, handle, colours, blurs, ray_xy, ray_slope, scale, planes, light, seen
+def change_of_picture(
+    pose,
+    shape,
+    body,
+    shade,
+    handle,
+    colours,
+    blurs,
+    ray_xy,
+    ray_slope,
+    scale,
+    planes,
+    light,
+    behind,
+    unit,
+    change,
 ):
-    """Fill in the change of the light of a stone by another shape or heading.
+    """Fill in the change of a stone's picture by another shape or heading.
 
     Only the parts that depend on it are painted again. Colouring and blurring are linear, so the
-    change is blurred and not the picture.
+    changed light is blurred and not the picture, and only where there is any.
 
     Parameters
     ----------
@@ -31,10 +45,12 @@ def change_of_light(
     blurs : standard deviations of the point spread in brightness and in colour [px]
     ray_xy, ray_slope, scale : rays of a `PixelWindow`
     planes, light : the stone before the change, painted and coloured
-    seen : (5, 3, rows, columns), of which the values are filled
+    behind : (3, rows, columns) channels of the ice
+    unit : (3,) the channels' units of the change
+    change : (3, rows, columns), filled
     """
-    rows, columns = seen.shape[2:]
-    again, change = planes.copy(), np.empty_like(light)
+    rows, columns = behind.shape[1:]
+    again, changed = planes.copy(), np.empty_like(light)
     if body:
         paint_body(pose[0], pose[1], shape, ray_xy, ray_slope, scale, rows, columns, again)
     if shade:
@@ -44,11 +60,21 @@ def change_of_light(
             *(pose[0], pose[1], pose[2], shape, ray_xy, ray_slope, scale, rows, columns),
             again[HANDLE],
         )
-    colour_planes(again, colours, change)
+    colour_planes(again, colours, changed)
+    seen = np.zeros((5, 3, rows, columns), np.float32)
     for c in range(5):
+        total = np.float32(0.0)
         for i in range(light.shape[1]):
-            row, before = change[c, i], light[c, i]
+            row, before = changed[c, i], light[c, i]
             for j in range(light.shape[2]):
                 row[j] -= before[j]
-    blur(change[:2], rows, columns, blurs[0], 0.0, 0.0, False, seen[:2])
-    blur(change[2:], rows, columns, blurs[1], 0.0, 0.0, False, seen[2:])
+                total += abs(row[j])
+        if total > 0.0:
+            sigma = blurs[0] if c < 2 else blurs[1]
+            blur(changed[c : c + 1], rows, columns, sigma, 0.0, 0.0, False, seen[c : c + 1])
+    for channel in range(3):
+        own, hidden = (channel + 1, 4) if channel else (0, 1)
+        for i in range(rows):
+            for j in range(columns):
+                lost = behind[channel, i, j] * seen[hidden, 0, i, j]
+                change[channel, i, j] = (seen[own, 0, i, j] - lost) / unit[channel]
