@@ -25,6 +25,7 @@ from friction_estimation.appearance.fit import Appearance
 from friction_estimation.appearance.handle import find_handle, fit_headings
 from friction_estimation.appearance.model import StoneModel
 from friction_estimation.appearance.prior import (
+    HANDLE_PREFIXES,
     SHAPE_PRIOR,
     TURNED_ALIKE,
     UPRIGHT,
@@ -38,6 +39,8 @@ from friction_estimation.appearance.tuning import (
     ENOUGH_CROPS,
     ENOUGH_PIXELS,
     MIN_NOISE,
+    OTHER_HANDLE,
+    REFINED_AGAIN,
     REFINED_WITH,
     REFINEMENTS,
     TRIAL_SHADOW,
@@ -85,6 +88,11 @@ def learn_appearance(
         look = _refined(ordered, max(every, least), look, prior, rounds)
     if not try_others:
         return look
+    again = _with_better_handle(ordered, max(REFINED_AGAIN[0], spare), look, prior)
+    if again is not None:
+        fit_headings(crops, again)
+        every, rounds = REFINEMENTS[-1]
+        look = _refined(ordered, max(every, spare), again, prior, rounds)
     look = _reversible_or_general(ordered[::spare], look, prior)
     for crop in crops:  # some were skipped, and some have poses of the other kind
         fit_pose(crop, look)
@@ -103,6 +111,26 @@ def _refined(
     for crop in crops:
         fit_pose(crop, look)
     return look
+
+
+def _with_better_handle(
+    crops: Sequence[Crop], every: int, look: Appearance, prior: ShapePrior
+) -> Appearance | None:
+    """Return the appearance with another handle, if that explains the pictures far better.
+
+    The first search for a handle precedes the fit of the shadow, so shade, which does not turn with
+    the stone, may be mistaken for it.
+    """
+    if not look.has_handle:
+        return None
+    part = vars(prior.typical).items()
+    usual = {name: value for name, value in part if name.startswith(HANDLE_PREFIXES)}
+    some = [replace(crop, pose=crop.pose.copy()) for crop in crops[::every]]
+    now = total_misfit(some, look)
+    again = replace(look, has_handle=False, model=replace(look.model, **usual))
+    again = fit_profile(some, find_handle(some, again), prior, REFINED_AGAIN[1]).look
+    far_better = again.has_handle and total_misfit(some, again) < OTHER_HANDLE * now
+    return again if far_better else None
 
 
 def _reversible_or_general(

@@ -83,6 +83,8 @@ REFINEMENTS = ((3, 8), (2, 8), (1, 20))
 headings are estimated again from all crops after each."""
 REFINED_WITH = 15
 """Approximate number of crops in the last stage, if there are twice that number or more."""
+REFINED_AGAIN = (3, 5)
+"""The same for the appearance with another handle."""
 ADAPTING_ROUNDS = 20
 """Maximum number of rounds in which an appearance is fitted to other crops."""
 ENOUGH_PIXELS = 24_000
@@ -117,3 +119,6 @@ to 0.2, and of another stone about 0.7."""
 MIN_HANDLE_CONTRAST = 15.0
 """Minimum contrast of a handle's colour with the rest of the stone [grey levels]: painted stones
 without a handle came to 9 at most, with a red one to 26 or more."""
+OTHER_HANDLE = 0.85
+"""Maximum ratio of its squared misfit to the other's. If the first handle was correct, the ratio
+was 0.92 or more, and 0.73 if that was shade."""
