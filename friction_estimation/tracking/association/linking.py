@@ -163,7 +163,7 @@ def _hit(movers: list[Mover], place: RestingPlace, touching: float) -> None:
     sigma = numbers.COLLISION_SIGMA * speed
     last = place.at[-3:].tolist()
     struck = Mover(at=last, mode=[RESTING] * len(last), contacts=[when], rested=place)
-    for one, place, new in ((striker, at, velocity - given), (struck, rested, given)):
-        one.motion.put(when, place, new, numbers.DETECTION_M, sigma)
+    for one, there, new in ((striker, at, velocity - given), (struck, rested, given)):
+        one.motion.put(when, there, new, numbers.DETECTION_M, sigma)
     striker.contacts.append(when)
     movers.append(struck)
