@@ -27,7 +27,7 @@ from torch import nn
 from torch.nn import functional
 from tqdm import tqdm
 
-from friction_estimation.tracking.detection.detector import NETWORK_FILE, SURE, Detector
+from friction_estimation.tracking.detection.detector import NETWORK_FILE, SURE, DetectorNetwork
 
 WIDTHS = (12, 24, 48, 64)
 """Channels at full, half, quarter and eighth size."""
@@ -223,7 +223,7 @@ def calibrate(network: StoneNetwork, file: Path, patches: dict[str, np.ndarray])
     file : the network, as it was written
     patches : of which the last `HELD_OUT` were not for training
     """
-    score, away = np.array(sorted(judged(Detector(file), patches)[0], reverse=True)).T
+    score, away = np.array(sorted(judged(DetectorNetwork(file), patches)[0], reverse=True)).T
     right = np.cumsum(away < NEAR_PX) / np.arange(1, len(away) + 1)
     least = score[np.flatnonzero(right >= PRECISION)[-1]]
     assert network.head.bias is not None
@@ -231,7 +231,7 @@ def calibrate(network: StoneNetwork, file: Path, patches: dict[str, np.ndarray])
         network.head.bias[0] += math.log(SURE / (1 - SURE)) - math.log(least / (1 - least))
 
 
-def try_out(detector: Detector, patches: dict[str, np.ndarray]) -> dict[str, float]:
+def try_out(detector: DetectorNetwork, patches: dict[str, np.ndarray]) -> dict[str, float]:
     """Report found stones, false positives and position errors in the held-out patches."""
     seen, total = judged(detector, patches)
     score, away = np.array(seen).T
@@ -248,7 +248,7 @@ def try_out(detector: Detector, patches: dict[str, np.ndarray]) -> dict[str, flo
 
 
 def judged(
-    detector: Detector, patches: dict[str, np.ndarray]
+    detector: DetectorNetwork, patches: dict[str, np.ndarray]
 ) -> tuple[list[tuple[float, float]], int]:
     """Return the detections in the held-out patches and the number of their stones.
 
@@ -284,7 +284,7 @@ def main() -> None:
     write_onnx(network, file)
     calibrate(network, file, patches)
     write_onnx(network, file)
-    print(json.dumps(try_out(Detector(file), patches), indent=1))
+    print(json.dumps(try_out(DetectorNetwork(file), patches), indent=1))
     if arguments.keep:
         shutil.copyfile(file, NETWORK_FILE)
 

@@ -11,9 +11,15 @@ import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.appearance.fit import Appearance, Channels, fit_stone, pixels_in
-from friction_estimation.appearance.kernels.fit_kernels import robust_misfit
 from friction_estimation.appearance.model import CIRCLE, PixelWindow, StoneModel, window_at
-from friction_estimation.appearance.painting import Planes, blurred, coloured, painted, shares
+from friction_estimation.appearance.painting import (
+    Planes,
+    blurred,
+    coloured,
+    composite_change,
+    painted,
+    shares,
+)
 from friction_estimation.appearance.shape import LIT, PARTS, SHADE, SIDE
 from friction_estimation.appearance.tuning import (
     COLOUR_NOISE_FACTOR,
@@ -145,18 +151,17 @@ def trim(crop: Crop, look: Appearance) -> None:
     )
     near = coverage(crop, replace(look, model=reach))[0, :, : SHADE + 1].sum(axis=1) > 0
     if near.any():
-        window = crop.window
-        within = np.zeros(window.shape, dtype=bool)
-        rows, columns = np.nonzero(near.reshape(window.shape))
-        within[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1] = True
-        crop.window = window.cut(rows.min(), rows.max() + 1, columns.min(), columns.max() + 1)
-        crop.pixels = np.ascontiguousarray(crop.pixels[within.ravel()])
-        crop.background = np.ascontiguousarray(crop.background[within.ravel()])
+        inside = np.zeros(crop.window.shape, dtype=bool)
+        rows, columns = np.nonzero(near.reshape(inside.shape))
+        inside[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1] = True
+        crop.window = crop.window.cut(inside)
+        crop.pixels = crop.pixels[inside.ravel()]
+        crop.background = crop.background[inside.ravel()]
 
 
 def coverage(crop: Crop, look: Appearance) -> Planes:
     """Return the share of each pixel that every part covers, see `painting.shares`."""
-    return shares(crop.window, look.model.shape(), crop.pose, with_handle=look.has_handle)
+    return shares(painted_planes(crop, look), crop.window, look.model.values)
 
 
 def composite(cover: Planes, behind: Floats, colours: Floats) -> Floats:
@@ -180,7 +185,7 @@ def light_of_parts(cover: Planes, channel: int) -> Planes:
 
 
 def painted_planes(crop: Crop, look: Appearance) -> Planes:
-    return painted(crop.window, look.model.shape(), crop.pose, with_handle=look.has_handle)
+    return painted(crop.window, look.model.values, crop.pose, with_handle=look.has_handle)
 
 
 def robust_weights(residual: Floats, noise: Floats) -> Floats:
@@ -191,9 +196,11 @@ def robust_weights(residual: Floats, noise: Floats) -> Floats:
 
 def misfit_of(crop: Crop, look: Appearance, planes: Planes) -> float:
     """Robust misfit of a crop to painted planes [squared standard errors, correlated pixels]."""
-    light = coloured(planes, look.colours)
-    seen = blurred(light, crop.window, look.model.shape())
-    return robust_misfit(crop.pixels, crop.background, seen, look.noise, OUTLIER_AT)
+    seen = blurred(coloured(planes, look.colours), crop.window, look.model.values)[:, 0]
+    change = composite_change(seen.reshape(5, -1), crop.background.T)
+    residual = crop.pixels - crop.background - change.T
+    squares = residual**2 @ look.noise**-2.0
+    return float(np.sum(squares / (1 + squares / (3 * OUTLIER_AT**2))))
 
 
 def total_misfit(crops: Sequence[Crop], look: Appearance) -> float:

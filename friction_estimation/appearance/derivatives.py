@@ -3,41 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.typing import Floats
-from friction_estimation.appearance.crops import Crop, painted_planes, robust_weights
+from friction_estimation.appearance.crops import (
+    Crop,
+    light_of_parts,
+    painted_planes,
+    robust_weights,
+)
 from friction_estimation.appearance.fit import Appearance
-from friction_estimation.appearance.kernels.change_kernels import (
-    BLUR,
-    BODY,
-    DARK,
-    GRIP,
-    LIGHT,
-    picture_changes,
+from friction_estimation.appearance.kernels.change_kernels import change_of_picture
+from friction_estimation.appearance.model import ShapeValues
+from friction_estimation.appearance.painting import (
+    Planes,
+    blurred,
+    coloured,
+    composite_change,
+    shares,
 )
-from friction_estimation.appearance.kernels.picture_kernels import blur
-from friction_estimation.appearance.painting import Planes, blurred, coloured, composite_change
-from friction_estimation.appearance.prior import HANDLE_PREFIXES, SHAPE_SPREAD
-from friction_estimation.appearance.shape import (
-    BLUR_PX,
-    COLOUR_BLUR_PX,
-    HANDLE,
-    LIT,
-    SHAPE_PARAMETERS,
-    SIDE,
-)
+from friction_estimation.appearance.prior import HANDLE_PREFIXES, SHAPE_PRIOR
 
-KINDS = (
-    (HANDLE_PREFIXES, GRIP),
-    (("shadow", "contact"), DARK),
-    (("light",), LIGHT),
-    (("blur", "colour_blur"), BLUR),
-)
-"""Parts that parameters with these prefixes change; all others change the body."""
+SHADE_PREFIXES = ("shadow", "contact")
+"""Parameters with these prefixes change only the light on the ice."""
 LENGTH_STEP, STEP = 2e-3, 0.05
 """Steps of parameters that are lengths [m], and of all others, for derivatives."""
 LONGEST_SPREAD = 0.1
@@ -47,13 +37,13 @@ TURN_STEP = 1e-2
 
 
 def picture_derivatives(
-    crop: Crop, look: Appearance, index: Sequence[int], parts: int, poses: int
+    crop: Crop, look: Appearance, names: Sequence[str], parts: int, poses: int
 ) -> tuple[Floats, Floats, Floats]:
     """Derivatives of a crop's picture by shape, colours and pose, with residuals and weights.
 
     Parameters
     ----------
-    index : the parameters of the shape, see `SHAPE_PARAMETERS`
+    names : the parameters of the shape, see `StoneModel`
     parts : number of parts with a colour
     poses : number of the pose's coordinates: none, two or three
 
@@ -62,88 +52,80 @@ def picture_derivatives(
     derivatives (m, 3, n) and residuals (3, n) of each channel [standard deviations of the noise],
     and weights (n,) of the pixels
     """
-    window = crop.window
+    window, shape, noise = crop.window, look.model.values, look.noise[:, None, None]
     rows, columns = window.shape
-    shape, noise = look.model.shape(), look.noise[:, None, None]
     behind = np.asarray(crop.background.T.reshape(3, rows, columns), dtype=np.float32, order="C")
     planes = painted_planes(crop, look)
     light = coloured(planes, look.colours)
     seen = blurred(light, window, shape, sloped=True)
-    picture = composite_change(seen, behind)
-    residual = (crop.pixels - crop.background).T.reshape(3, rows, columns) - picture
-    weight = robust_weights(residual.reshape(3, -1).T, look.noise)
-    jacobian = np.empty((len(index) + 3 * parts + poses, 3, rows, columns))
-    places, steps, kinds = _steps(tuple(index), len(jacobian), turned=poses == 3)
-    picture_changes(
-        crop.pose,
-        shape,
-        look.colours.astype(np.float32),
-        steps,
-        kinds,
-        window.ray_xy,
-        window.ray_slope,
-        window.scale,
-        planes,
-        light,
-        seen,
-        behind,
-        look.noise,
-        places,
-        jacobian,
-    )
-    _add_colours(planes, shape, noise, jacobian[len(index) :][: 3 * parts])
+    picture = composite_change(seen[:, 0], behind)
+    residual = (crop.pixels - crop.background).T - picture.reshape(3, -1)
+    jacobian = np.zeros((len(names) + 3 * parts + poses, 3, rows, columns))
+    by_shape, by_colours = jacobian[: len(names)], jacobian[len(names) :][: 3 * parts]
+    for name, change in zip(names, by_shape, strict=True):
+        step = step_of(name)
+        moved = shape._replace(**{name: getattr(shape, name) + step})
+        if name in ("blur_px", "colour_blur_px"):
+            changed = blurred(light, window, moved)[:, 0] - seen[:, 0]
+            np.divide(composite_change(changed, behind), step * noise, out=change)
+        else:
+            _fill_change(change, step, crop, look, (planes, light, behind), name, moved)
+    cover = shares(planes, window, shape)
+    for channel in range(3):
+        light_of = light_of_parts(cover, channel)[:, :parts]
+        by_colours[channel::3, channel] = light_of.T.reshape(parts, rows, columns)
+        by_colours[channel::3, channel] /= look.noise[channel]
     if poses:
         # A small movement of the stone shifts its picture.
-        by_shift = np.stack([composite_change(seen[:, [d, 0, 0]], behind) for d in (1, 2)])
+        by_shift = np.stack([composite_change(seen[:, d], behind) for d in (1, 2)])
         px = np.linalg.inv(window.scale[0] + 0.5 * look.model.height * window.scale[1])
         jacobian[-poses:][:2] = np.einsum("sp,s...->p...", px, by_shift) / noise
-    pixels = rows * columns
-    return jacobian.reshape(-1, 3, pixels), (residual / noise).reshape(3, pixels), weight
+    if poses == 3:
+        turned = replace(crop, pose=crop.pose + np.array([0.0, 0.0, TURN_STEP]))
+        before = planes, light, behind
+        _fill_change(jacobian[-1], TURN_STEP, turned, look, before, "handle", shape)
+    weight = robust_weights(residual.T, look.noise)
+    return jacobian.reshape(-1, 3, rows * columns), residual / look.noise[:, None], weight
 
 
 def step_of(name: str) -> float:
     """Return the step of a parameter of the shape [its unit]."""
-    return LENGTH_STEP if SHAPE_SPREAD[name] < LONGEST_SPREAD else STEP
+    return LENGTH_STEP if SHAPE_PRIOR[name][0] < LONGEST_SPREAD else STEP
 
 
-@cache
-def _steps(
-    index: tuple[int, ...], size: int, *, turned: bool
-) -> tuple[NDArray[np.int64], Floats, NDArray[np.int64]]:
-    """Steps for the derivatives; see `picture_changes`.
+def _fill_change(
+    change: Floats,
+    step: float,
+    crop: Crop,
+    look: Appearance,
+    before: tuple[Planes, Planes, Planes],
+    name: str,
+    moved: ShapeValues,
+) -> None:
+    """Fill in the change of the picture by another shape or pose, (3, rows, columns) [standard
+    deviations of the noise, per unit of the step].
 
     Parameters
     ----------
-    index, size : parameters of the shape, which come first, and number of all
-    turned : whether the heading comes last
-
-    Returns
-    -------
-    places (n,), steps (n, 30) and kinds (n,)
+    crop : with the changed pose
+    before : the stone before, as `painted` and `coloured`, and the channels of the ice
+    name : the parameter that changed, or what it begins with
+    moved : the changed shape
     """
-    places, kinds = list(range(len(index))), list[int]()
-    steps = np.zeros((len(index) + turned, len(SHAPE_PARAMETERS) + 1))
-    for row, i in enumerate(index):
-        name = SHAPE_PARAMETERS[i]
-        steps[row, i] = step_of(name)
-        kinds.append(next((kind for prefixes, kind in KINDS if name.startswith(prefixes)), BODY))
-    if turned:
-        steps[-1, -1] = TURN_STEP
-        places, kinds = [*places, size - 1], [*kinds, GRIP]
-    return np.array(places), steps, np.array(kinds)
-
-
-def _add_colours(planes: Planes, shape: Floats, noise: Floats, jacobian: Floats) -> None:
-    """Fill in derivatives (3·parts, 3, rows, columns) by the colours of parts, in place."""
-    parts, rows, columns = len(jacobian) // 3, *jacobian.shape[2:]
-    jacobian[:] = 0.0
-    visible = planes * (1 - planes[HANDLE])
-    visible[HANDLE] = planes[HANDLE]
-    lit = visible[:parts].copy()
-    lit[SIDE] += visible[LIT]  # light changes brightness, not colour
-    of_parts = np.empty((parts, 3, rows, columns), dtype=np.float32)
-    blur(lit, rows, columns, shape[BLUR_PX], 0.0, 0.0, False, of_parts)
-    jacobian[::3, 0] = of_parts[:, 0] / noise[0]
-    blur(visible[:parts], rows, columns, shape[COLOUR_BLUR_PX], 0.0, 0.0, False, of_parts)
-    for channel in (1, 2):
-        jacobian[channel::3, channel] = of_parts[:, 0] / noise[channel]
+    window = crop.window
+    handle, shade = name.startswith(HANDLE_PREFIXES), name.startswith(SHADE_PREFIXES)
+    change_of_picture(
+        crop.pose,
+        moved,
+        not (handle or shade),
+        shade or name == "foot_inset",  # the contact shade begins below the foot
+        handle,
+        look.colours.astype(np.float32),
+        (look.model.blur_px, look.model.colour_blur_px),
+        window.ray_xy,
+        window.ray_slope,
+        window.scale,
+        *before,
+        step * look.noise,
+        change,
+    )

@@ -17,7 +17,13 @@ from numpy.typing import NDArray
 from curling_env.typing import Floats
 from friction_estimation.appearance.kernels.fit_kernels import pose_step
 from friction_estimation.appearance.model import PixelWindow, StoneModel, window_at
-from friction_estimation.appearance.painting import Planes, blurred, coloured, painted, turn_handle
+from friction_estimation.appearance.painting import (
+    Planes,
+    blurred,
+    coloured,
+    painted,
+    repaint_handle,
+)
 from friction_estimation.appearance.tuning import (
     HEADING_WEIGHT,
     LONGEST_STEP,
@@ -184,7 +190,7 @@ def fit_stone(
     (3,) best place and heading; (3, 3) covariance; root mean square residual [standard
     deviations]; visible share: see `StoneFit`
     """
-    model, shape = appearance.model, appearance.model.shape()
+    model, shape = appearance.model, appearance.model.values
     metre = window.scale[0] + 0.5 * model.height * window.scale[1]
     px = np.linalg.inv(metre)
     (ux, uy), (vx, vy) = px.tolist()
@@ -248,12 +254,12 @@ def _painted_light(
     window: PixelWindow, appearance: Appearance, x: float, y: float, theta: float
 ) -> tuple[Planes, Planes | None]:
     """Return a stone's coloured planes, and their derivative by the heading if it has a handle."""
-    shape, colours = appearance.model.shape(), appearance.colours
+    shape, colours = appearance.model.values, appearance.colours
     planes = painted(window, shape, np.array([x, y, theta]), with_handle=appearance.has_handle)
     light = coloured(planes, colours)
     if not appearance.has_handle:
         return light, None
-    turn_handle(planes, window, shape, np.array([x, y, theta + TURN_DIFFERENCE]))
+    repaint_handle(planes, window, shape, np.array([x, y, theta + TURN_DIFFERENCE]))
     return light, (coloured(planes, colours) - light) / np.float32(TURN_DIFFERENCE)
 
 
@@ -276,9 +282,14 @@ def cut_out(
     window; (n, 3) channels of the frame; (n, 3) channels of the background. None where nothing of
     the stone is in the image
     """
-    window = window_at(camera, appearance.model.extent_px(camera, start[:2]), MARGIN_PX)
-    if window is not None:
-        window = _inside(window, camera, background_origin, background.shape)
+    around = appearance.model.extent_px(camera, start[:2])
+    if len(around) == 0:
+        return None
+    rows, columns = background.shape[:2]
+    first = np.array(background_origin)
+    last = first + np.array([columns - 1, rows - 1])
+    around += np.array([[-MARGIN_PX], [MARGIN_PX]])
+    window = window_at(camera, np.clip(around, first, last), 0.0)
     if window is None:
         return None
     return window, *pixels_in(window, frame, background, background_origin)
@@ -318,21 +329,3 @@ def fit_window(
         visible=visible,
         inside=inside,
     )
-
-
-def _inside(
-    window: PixelWindow,
-    camera: Camera,
-    origin: tuple[int, int],
-    shape: tuple[int, ...],
-) -> PixelWindow | None:
-    """Return the window if the background covers it, else the covered part."""
-    (u, v), (rows, columns) = window.origin_px, window.shape
-    u0, v0 = max(u, origin[0]), max(v, origin[1])
-    u1, v1 = min(u + columns, origin[0] + shape[1]), min(v + rows, origin[1] + shape[0])
-    if (u0, v0, u1, v1) == (u, v, u + columns, v + rows):
-        return window
-    if u1 - u0 < 4 or v1 - v0 < 4:
-        return None
-    corners = np.array([[u0, v0], [u1 - 1, v1 - 1]], dtype=np.float64)
-    return window_at(camera, corners, 0.0)

@@ -22,7 +22,7 @@ from friction_estimation.appearance.crops import (
 )
 from friction_estimation.appearance.fit import Appearance, Channels
 from friction_estimation.appearance.occlusion import PosedStone, add_neighbours
-from friction_estimation.appearance.painting import turn_handle
+from friction_estimation.appearance.painting import repaint_handle
 from friction_estimation.appearance.shape import HANDLE, PARTS, TOP
 from friction_estimation.appearance.tuning import (
     HANDLE_COLLARS,
@@ -156,8 +156,8 @@ def fit_headings(crops: Sequence[Crop], look: Appearance) -> None:
             options = carried[:, :, None] + change_costs[None]
             came_from.append(np.argmin(options, axis=1))
             value = np.min(options, axis=1)
-        costs = _costs_of_headings(crop, look, headings)
-        value = value + (costs - costs.min())[:, None] / PIXEL_CORRELATION
+        costs = heading_costs(crop, look, HEADINGS_TRIED)
+        value = value + (costs - costs.min())[:, None]
     at, spin = np.unravel_index(int(np.argmin(value)), value.shape)
     heading = float(headings[at])
     for k in range(len(ordered) - 1, -1, -1):
@@ -209,23 +209,18 @@ def heading_crop(
     return found[0]
 
 
-def heading_costs(crop: Crop, look: Appearance) -> Floats:
-    """Misfit of a stone at evenly spaced headings, beginning at -π, (k,) [squared standard errors].
+def heading_costs(crop: Crop, look: Appearance, count: int = HEADINGS_COMPARED) -> Floats:
+    """Misfit of a stone at evenly spaced headings, beginning at -π, (count,) [squared standard
+    errors]; the body is painted only once.
 
     Parameters
     ----------
     crop : its picture, see `heading_crop`
     """
-    headings = np.linspace(-np.pi, np.pi, HEADINGS_COMPARED, endpoint=False)
-    return _costs_of_headings(crop, look, headings) / PIXEL_CORRELATION
-
-
-def _costs_of_headings(crop: Crop, look: Appearance, headings: Floats) -> Floats:
-    """Misfit of one crop at each heading; the body is painted only once."""
-    planes, shape = painted_planes(crop, look), look.model.shape()
-    costs: list[float] = []
-    for heading in headings:
+    planes = painted_planes(crop, look)
+    costs = np.empty(count)
+    for k, heading in enumerate(np.linspace(-np.pi, np.pi, count, endpoint=False)):
         pose = np.array([*crop.pose[:2], heading])
-        turn_handle(planes, crop.window, shape, pose)
-        costs.append(misfit_of(crop, look, planes))
-    return np.array(costs)
+        repaint_handle(planes, crop.window, look.model.values, pose)
+        costs[k] = misfit_of(crop, look, planes)
+    return costs / PIXEL_CORRELATION

@@ -26,7 +26,7 @@ from friction_estimation.appearance.handle import find_handle, fit_headings
 from friction_estimation.appearance.model import StoneModel
 from friction_estimation.appearance.prior import (
     HANDLE_PREFIXES,
-    SHAPE_BOUNDS,
+    SHAPE_PRIOR,
     TURNED_ALIKE,
     UPRIGHT,
     ShapePrior,
@@ -170,7 +170,7 @@ def as_reversible(look: Appearance) -> Appearance:
             foot_height=depth,
             bevel_height=depth,
             foot_roundness=power,
-            roundness=min(power, SHAPE_BOUNDS["roundness"][1]),
+            roundness=min(power, SHAPE_PRIOR["roundness"][2]),
         ),
     )
 

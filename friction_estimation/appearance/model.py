@@ -10,14 +10,14 @@ distances and blurred by the camera's point spread, so that a picture is linear 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections import namedtuple
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from curling_env.typing import Floats
-from friction_estimation.appearance.shape import SHAPE_PARAMETERS
+from curling_env.typing import Flags, Floats
 from friction_estimation.camera.camera import Camera
 
 CIRCLE = np.array([(np.cos(a), np.sin(a)) for a in np.linspace(0, 2 * np.pi, 48, endpoint=False)])
@@ -88,18 +88,10 @@ class StoneModel:
     light_y: float = 0.0
     gloss: float = 0.0
 
-    def shape(self) -> Floats:
-        """Return the parameters in the order of `SHAPE_PARAMETERS`, (29,)."""
-        return self._shape.copy()
-
     @cached_property
-    def _shape(self) -> Floats:
-        return np.array([getattr(self, name) for name in SHAPE_PARAMETERS])
-
-    def with_shape(self, values: ArrayLike) -> StoneModel:
-        """Return a model with these parameters, in the order of `SHAPE_PARAMETERS`."""
-        named = zip(SHAPE_PARAMETERS, np.asarray(values).tolist(), strict=True)
-        return replace(self, **dict(named))
+    def values(self) -> ShapeValues:
+        """All parameters by name, as kernels read them."""
+        return ShapeValues(**{name: float(getattr(self, name)) for name in ShapeValues._fields})
 
     def outline_px(self, camera: Camera, xy: ArrayLike) -> Floats:
         """Points on the body's outline in the raw image, (n, 2) [px], as a convex polygon."""
@@ -136,6 +128,9 @@ class StoneModel:
         )
 
 
+ShapeValues = namedtuple("ShapeValues", [field.name for field in fields(StoneModel)])
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PixelWindow:
     """A rectangle of pixels, and the line of sight of each of them.
@@ -168,18 +163,15 @@ class PixelWindow:
         corners = np.array([[u, v], [u + columns - 1, v + rows - 1]], dtype=np.float64)
         return window_at(camera, corners, 0.0)
 
-    def cut(self, top: int, bottom: int, left: int, right: int) -> PixelWindow:
-        """Return the part within these rows and columns; `bottom` and `right` are excluded."""
-        (u, v), (rows, columns) = self.origin_px, self.shape
-        part = np.zeros((rows, columns), dtype=bool)
-        part[top:bottom, left:right] = True
-        inside = part.ravel()
+    def cut(self, inside: Flags) -> PixelWindow:
+        """Return the rectangle of the flags (rows, columns) that are set."""
+        rows, columns = np.nonzero(inside)
         return replace(
             self,
-            origin_px=(u + left, v + top),
-            shape=(bottom - top, right - left),
-            ray_xy=np.ascontiguousarray(self.ray_xy[inside]),
-            ray_slope=np.ascontiguousarray(self.ray_slope[inside]),
+            origin_px=(self.origin_px[0] + int(columns[0]), self.origin_px[1] + int(rows[0])),
+            shape=(int(np.ptp(rows)) + 1, int(np.ptp(columns)) + 1),
+            ray_xy=self.ray_xy[inside.ravel()],
+            ray_slope=self.ray_slope[inside.ravel()],
         )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +11,6 @@ from curling_env.typing import Floats
 from friction_estimation.appearance.crops import Crop, total_misfit
 from friction_estimation.appearance.derivatives import picture_derivatives
 from friction_estimation.appearance.fit import Appearance, ShapeUncertainty
-from friction_estimation.appearance.kernels.fit_kernels import normal_equations
 from friction_estimation.appearance.prior import FreeShape, ShapePrior
 from friction_estimation.appearance.shape import PARTS
 from friction_estimation.appearance.tuning import (
@@ -41,19 +40,16 @@ class Equations:
 
     Parameters
     ----------
-    shared, right : (m, m) and (m,) what the crops tell of shape and colours, for fixed poses
-    own, own_right : (n, p, p) and (n, p) of each crop's pose, for fixed shape and colours
-    cross : (n, m, p) of both together
+    matrix, right : (m + n·p, m + n·p) and (m + n·p,) what the crops tell
     prior, prior_right : (m, m) and (m,) what stones are like
+    crops : n
     """
 
-    shared: Floats
+    matrix: Floats
     right: Floats
-    own: Floats
-    own_right: Floats
-    cross: Floats
     prior: Floats
     prior_right: Floats
+    crops: int
 
     def eliminated(self, damping: float = 0.0) -> tuple[Floats, Floats, Floats, Floats]:
         """Return the equations of shape and colours with every crop's pose eliminated.
@@ -68,13 +64,17 @@ class Equations:
         crop's pose for fixed shape and colours; (n, p, m) how much that step decreases per unit of
         each of them
         """
-        size = self.own.shape[1]
-        own = self.own * (1.0 + damping * np.eye(size)) + 1e-9 * np.eye(size)
-        both = np.concatenate([np.swapaxes(self.cross, 1, 2), self.own_right[..., None]], axis=2)
+        shared = len(self.prior)
+        poses = len(self.right) - shared
+        cross = self.matrix[shared:, :shared]
+        own = self.matrix[shared:, shared:] * (1.0 + damping * np.eye(poses))
+        own[np.diag_indices(poses)] += 1e-9
+        both = np.column_stack([cross, self.right[shared:]])
         both = np.asarray(np.linalg.solve(own, both), dtype=np.float64)
-        solved, alone = both[..., :-1], both[..., -1]
-        matrix = self.shared - np.einsum("nap,npb->ab", self.cross, solved)
-        right = self.right - np.einsum("nap,np->a", self.cross, alone)
+        solved, alone = both[:, :-1], both[:, -1]
+        matrix = self.matrix[:shared, :shared] - cross.T @ solved
+        right = self.right[:shared] - cross.T @ alone
+        alone, solved = alone.reshape(self.crops, -1), solved.reshape(self.crops, -1, shared)
         return matrix, right, alone, solved
 
 
@@ -94,11 +94,6 @@ class ProfileFit:
     equations: Equations
     misfit: float
     oddity: float
-
-    @property
-    def objective(self) -> float:
-        """Objective of a fit [squared standard errors]."""
-        return FIT_WEIGHT * self.misfit + self.oddity
 
     def unlikelihood(self, alike: float = ALIKE_PICTURES) -> float:
         """Return -2 log likelihood of the crops for stones of the kind, up to a constant.
@@ -169,28 +164,25 @@ def _after_step(
     """Return the appearance after a damped step; the poses of the crops are moved with it, in
     place.
     """
-    shape, count = look.model.shape(), len(free.index)
+    values, count = free.values(look), len(free.names)
     matrix, right, alone, along = equations.eliminated(damping)
     step = _step_within(
         FIT_WEIGHT * matrix + equations.prior,
         FIT_WEIGHT * right + equations.prior_right,
         damping,
-        free.low - shape[free.index],
-        free.high - shape[free.index],
+        free.low - values[:count],
+        free.high - values[:count],
     )
-    moved = shape.copy()
-    moved[free.index] += np.clip(step[:count], -free.spread, free.spread)
-    moved[free.index] = np.clip(moved[free.index], free.low, free.high)
-    colours = look.colours.copy()
-    colours[: free.parts] += step[count:].reshape(free.parts, 3)
-    foot, side = PARTS.index("foot"), PARTS.index("side")
-    colours[foot, 0] = min(colours[foot, 0], MAX_FOOT_BRIGHTNESS * colours[side, 0])
-    taken = np.r_[(moved - shape)[free.index], (colours - look.colours)[: free.parts].ravel()]
-    for crop, turn in zip(crops, np.clip(alone - along @ taken, -0.2, 0.2), strict=True):
+    step[:count] = np.clip(step[:count], -free.spread, free.spread)
+    step[:count] = np.clip(values[:count] + step[:count], free.low, free.high) - values[:count]
+    foot, side = (count + 3 * PARTS.index(part) for part in ("foot", "side"))
+    too_bright = (values + step)[foot] - MAX_FOOT_BRIGHTNESS * (values + step)[side]
+    step[foot] -= max(too_bright, 0.0)
+    for crop, turn in zip(crops, np.clip(alone - along @ step, -0.2, 0.2), strict=True):
         pose = crop.pose.copy()
         pose[: len(turn)] += turn
         crop.pose = pose
-    return replace(look, model=look.model.with_shape(moved), colours=colours)
+    return free.with_values(look, values + step)
 
 
 def shape_uncertainty(crops: Sequence[Crop], fit: ProfileFit) -> ShapeUncertainty:
@@ -217,25 +209,24 @@ def _objective(crops: Sequence[Crop], look: Appearance, free: FreeShape) -> floa
 def _joint_equations(
     crops: Sequence[Crop], look: Appearance, free: FreeShape, *, placed: bool = False
 ) -> Equations:
-    poses, shared = 0 if placed else 3 if look.has_handle else 2, free.shared
-    normal = np.empty((len(crops), shared + poses, shared + poses))
-    pulled = np.empty((len(crops), shared + poses))
+    poses, shared = 0 if placed else 3 if look.has_handle else 2, free.rows.shape[1]
+    size = shared + poses * len(crops)
+    matrix, right = np.zeros((size, size)), np.zeros(size)
     for k, crop in enumerate(crops):
-        jacobian, residual, weight = picture_derivatives(crop, look, free.index, free.parts, poses)
-        normal_equations(jacobian, residual, weight, normal[k], pulled[k])
+        jacobian, residual, weight = picture_derivatives(crop, look, free.names, free.parts, poses)
+        jacobian *= np.sqrt(weight)
+        residual *= np.sqrt(weight)
+        by_all = jacobian.reshape(len(jacobian), -1)
+        own = np.r_[:shared, shared + poses * k : shared + poses * (k + 1)]
+        matrix[np.ix_(own, own)] += by_all @ by_all.T
+        right[own] += by_all @ residual.ravel()
         if poses == 3 and crop.expected is not None:
-            normal[k, -1, -1] += HEADING_WEIGHT
-            pulled[k, -1] += HEADING_WEIGHT * crop.off_expected
+            matrix[own[-1], own[-1]] += HEADING_WEIGHT
+            right[own[-1]] += HEADING_WEIGHT * crop.off_expected
     prior, prior_right = free.equations(look)
     prior[np.diag_indices(shared)] += 1e-6
     return Equations(
-        shared=normal[:, :shared, :shared].sum(axis=0),
-        right=pulled[:, :shared].sum(axis=0),
-        own=normal[:, shared:, shared:],
-        own_right=pulled[:, shared:],
-        cross=normal[:, :shared, shared:],
-        prior=prior,
-        prior_right=prior_right,
+        matrix=matrix, right=right, prior=prior, prior_right=prior_right, crops=len(crops)
     )
 
 

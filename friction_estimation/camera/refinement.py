@@ -7,7 +7,7 @@ points, known parts of a lens and rough marks differ only in the initial cameras
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -25,7 +25,6 @@ from friction_estimation.camera.markings import (
 )
 from friction_estimation.camera.paint_fit import PaintFit
 from friction_estimation.camera.pose import (
-    NOTHING_MEASURED,
     likely_cameras,
     trial_lenses,
 )
@@ -44,7 +43,6 @@ from friction_estimation.camera.tuning import (
     MIN_MARKINGS,
     NARROW_SEARCHES_PX,
     SEARCHED_SIDE,
-    SPREAD_SIGMAS,
     WIDE_SEARCHES_PX,
     WORKING_SIDE,
 )
@@ -308,10 +306,8 @@ def _agreeing(before: Camera, solver: PaintSolver, found: SolvedCamera | None) -
     return solver.whole(found.refined, before.size)
 
 
-def _starts(camera: Camera, fit: PaintFit) -> Iterator[Camera]:
-    """Return the initial cameras: the most likely ones from their points, and others within the
-    error of the marks.
-    """
+def _starts(camera: Camera, fit: PaintFit) -> list[Camera]:
+    """Return the initial cameras: the most likely ones from their points."""
     lenses = trial_lenses(camera.lens, focal=fit.lens.focal, bends=fit.lens.bends)
     starts = [
         one
@@ -323,27 +319,4 @@ def _starts(camera: Camera, fit: PaintFit) -> Iterator[Camera]:
         misfit = len(fit.points_px) * (start[0] / fit.click_sigma_px) ** 2
         return misfit + float(np.sum(prior_residuals(start[1], fit.height) ** 2))
 
-    near = [found for _, found in sorted(starts, key=unlikelihood)]
-    yield from near[:MAX_STARTS]
-    for first in near[:1]:
-        step, lens = _loosest(first, fit)
-        yield from (first.moved(sigmas * step, lens) for sigmas in SPREAD_SIGMAS)
-
-
-def _loosest(camera: Camera, fit: PaintFit) -> tuple[Floats, FreeLens]:
-    """Return the step of a camera, one standard error of the marks, that moves the paint most.
-
-    Returns
-    -------
-    the step, and the parts of the lens that it moves
-    """
-    lens = replace(fit.lens, minor=False, axis=False)
-    covariance = fit.fit(camera, NOTHING_MEASURED, lens, 1.0).covariance
-    values, vectors = np.linalg.eigh(covariance)
-    ways = vectors * np.sqrt(np.maximum(values, 0.0))
-    points = fit.markings.seen_from(camera)
-    points = points[camera.sees(points)]
-    there, small = camera.project(points), 1e-2
-    moved = [(camera.moved(small * way, lens).project(points) - there).ravel() for way in ways.T]
-    effect = np.nan_to_num(np.stack(moved, axis=1))
-    return ways @ np.linalg.svd(effect, full_matrices=False)[2][0], lens
+    return [found for _, found in sorted(starts, key=unlikelihood)[:MAX_STARTS]]

@@ -90,9 +90,6 @@ NARROW_SEARCHES_PX = (4.0, 3.0, 2.0, 2.0, 2.0)
 """Search radius of each round once the camera is nearly right."""
 WIDE_SEARCHES_PX = (16.0, 10.0, 6.0)
 """Search radius of the rounds before."""
-SPREAD_SIGMAS = (2.0, -2.0, 4.0, -4.0, 6.0, -6.0)
-"""Steps to other initial cameras, along the direction that marks determine worst [standard errors
-of the marks]."""
 SEARCHED_SIDE = 1280
 """Longer side of the pictures to which these values apply; they scale down with smaller pictures
 [px]."""

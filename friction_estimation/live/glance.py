@@ -18,7 +18,7 @@ from curling_env.typing import Floats, Image
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
-from friction_estimation.tracking.detection.detector import DetectedPlace, Detector, OnIce
+from friction_estimation.tracking.detection.detector import DetectedPlace, StoneFinder
 from friction_estimation.tracking.numbers import DECELERATION
 from friction_estimation.tracks.throw_table import ThrowMeasures, measure_throw
 
@@ -75,7 +75,7 @@ class Glance:
     scene: Scene
     rests: bool = False
     seen: ThrowMeasures | None = None
-    _on_ice: OnIce = field(init=False)
+    _finder: StoneFinder = field(init=False)
     _looks: list[tuple[float, Image]] = field(default_factory=list)
     _chains: list[list[Row]] = field(default_factory=list)
     _rows: list[Row] = field(default_factory=list)
@@ -83,7 +83,7 @@ class Glance:
 
     def __post_init__(self) -> None:
         model = StoneModel(radius=self.scene.stone_radius, height=self.scene.stone_height)
-        self._on_ice = OnIce(Detector(), self.camera, model, self.scene.sheet)
+        self._finder = StoneFinder(self.camera, model, self.scene.sheet, quick=True)
 
     def wants(self, t: float) -> bool:
         """Return whether the frame of a time [s] is to be added."""
@@ -129,7 +129,7 @@ class Glance:
     def _search(self, t: float, picture: Image, moved: Floats) -> None:
         """Join detections to chains; one that slides along the sheet is the thrown stone."""
         longer: list[list[Row]] = []
-        for one in self._on_ice.detect(picture, moved, mirrored=False):
+        for one in self._finder.detect(picture, moved):
             here = _row(t, one)
             fitting = sorted((k for k in self._chains if _goes_on(k, here)), key=len)
             # It may also be the first of a chain: one that fits may be of another thing.
@@ -149,7 +149,7 @@ class Glance:
         box = np.array([[px.min(axis=0), px.max(axis=0)]])
         found: list[DetectedPlace] = []
         if np.isfinite(box).all():
-            found = self._on_ice.detect(picture, box, mirrored=False)
+            found = self._finder.detect(picture, box)
         near = [one for one in found if np.hypot(*(one.xy - expected)) < gate]
         if near:
             one = max(near, key=lambda place: place.score - np.hypot(*(place.xy - expected)))

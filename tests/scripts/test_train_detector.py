@@ -19,7 +19,7 @@ from train_detector import (
     write_onnx,
 )
 
-from friction_estimation.tracking.detection.detector import DOUBTFUL, NETWORK_FILE, Detector
+from friction_estimation.tracking.detection.detector import DOUBTFUL, NETWORK_FILE, DetectorNetwork
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_the_written_network_is_the_trained_one(tmp_path, network, picture):
     with torch.no_grad():
         both = network(seen) + network(seen.flip(3)).flip(3)
         stones = torch.sigmoid(both / 2)[0, 0].numpy()
-    found = Detector(tmp_path / "network.onnx").detect(picture)
+    found = DetectorNetwork(tmp_path / "network.onnx").detect(picture)
     assert found
     highest = stones.max()
     assert highest > DOUBTFUL
@@ -114,11 +114,11 @@ def test_scores_are_shifted_until_sure_detections_are_mostly_stones(tmp_path, mo
     with torch.no_grad():
         network.head.bias[0] += 1.5
     write_onnx(network, file)
-    before = try_out(Detector(file), patches)["right_percent_of_sure"]
+    before = try_out(DetectorNetwork(file), patches)["right_percent_of_sure"]
     assert before < 100 * PRECISION - 3
     calibrate(network, file, patches)
     write_onnx(network, file)
-    after = try_out(Detector(file), patches)
+    after = try_out(DetectorNetwork(file), patches)
     assert 100 * PRECISION - 0.1 < after["right_percent_of_sure"] < 100 * PRECISION + 2
     assert after["found_percent"] > 70
 

@@ -1,16 +1,9 @@
-"""Compiled sums of the fits: a step of a stone's pose, robust misfits, normal equations."""
+"""Compiled step of the fit of a stone's pose."""
 
 from __future__ import annotations
 
-import numpy as np
-
 from curling_env.physics.compiled import compiled
-from friction_estimation.appearance.shape import (
-    SUMS_IN_ANY_ORDER,
-)
-
-PIXELS_AT_ONCE = 256
-"""Number of pixels whose normal equations are summed at once."""
+from friction_estimation.appearance.shape import SUMS_IN_ANY_ORDER
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
@@ -117,92 +110,3 @@ def pose_step(
         step[p] = covariance[p, 0] * gx + covariance[p, 1] * gy + covariance[p, 2] * rt
     totals[0], totals[1], totals[2], totals[3] = squares, weights, stone, visible
     totals[4] = step[0] * gx + step[1] * gy + step[2] * rt
-
-
-@compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
-def robust_misfit(picture, behind, seen, noise, outlier_at):
-    """Robust sum of squared residuals of a stone's picture [standard deviations].
-
-    It saturates where residuals are large.
-
-    Parameters
-    ----------
-    as of `pose_step`
-    """
-    columns = seen.shape[3]
-    outlier = 1.0 / (3.0 * outlier_at**2)
-    n0, n1, n2 = 1.0 / noise[0], 1.0 / noise[1], 1.0 / noise[2]
-    total = 0.0
-    for i in range(picture.shape[0]):
-        row, column = i // columns, i % columns
-        bare = 1.0 - seen[1, 0, row, column]
-        luma = n0 * (picture[i, 0] - behind[i, 0] * bare - seen[0, 0, row, column])
-        bare = 1.0 - seen[4, 0, row, column]
-        blue = n1 * (picture[i, 1] - behind[i, 1] * bare - seen[2, 0, row, column])
-        red = n2 * (picture[i, 2] - behind[i, 2] * bare - seen[3, 0, row, column])
-        square = luma * luma + blue * blue + red * red
-        total += square / (1.0 + square * outlier)
-    return total
-
-
-@compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
-def normal_equations(jacobian, residual, weight, normal, right):
-    """Fill the normal equations of a weighted least-squares problem.
-
-    Explicit loops, because a threaded library call on such slim matrices mostly waits for its
-    threads, and many derivatives are zero in some channels.
-
-    Parameters
-    ----------
-    jacobian : (m, 3, n) derivatives of residuals by m parameters; they are weighted in place
-    residual : (3, n), weighted in place
-    weight : (n,) of the pixels
-    normal, right : (m, m) and (m,)
-    """
-    m, n = jacobian.shape[0], jacobian.shape[2]
-    root, active = np.sqrt(weight), np.empty(m, np.int64)
-    normal[:], right[:] = 0.0, 0.0
-    for channel in range(3):
-        left = residual[channel]
-        for i in range(n):
-            left[i] *= root[i]
-        count = 0
-        for p in range(m):
-            own, total, size = jacobian[p, channel], 0.0, 0.0
-            for i in range(n):
-                own[i] *= root[i]
-                total += own[i] * left[i]
-                size += abs(own[i])
-            if size > 0.0:
-                right[p] += total
-                active[count] = p
-                count += 1
-        # Few enough pixels for repeatedly read data to stay in the fastest memory.
-        for start in range(0, n, PIXELS_AT_ONCE):
-            end = min(start + PIXELS_AT_ONCE, n)
-            for a in range(count):
-                p = active[a]
-                own = jacobian[p, channel, start:end]
-                for b in range(0, a + 1, 4):
-                    # The last ones may be computed twice.
-                    q0, q1 = active[b], active[min(b + 1, a)]
-                    q2, q3 = active[min(b + 2, a)], active[min(b + 3, a)]
-                    one, two = jacobian[q0, channel, start:end], jacobian[q1, channel, start:end]
-                    three = jacobian[q2, channel, start:end]
-                    four = jacobian[q3, channel, start:end]
-                    t0, t1, t2, t3 = 0.0, 0.0, 0.0, 0.0
-                    for i in range(end - start):
-                        t0 += own[i] * one[i]
-                        t1 += own[i] * two[i]
-                        t2 += own[i] * three[i]
-                        t3 += own[i] * four[i]
-                    normal[p, q0] += t0
-                    if b + 1 <= a:
-                        normal[p, q1] += t1
-                    if b + 2 <= a:
-                        normal[p, q2] += t2
-                    if b + 3 <= a:
-                        normal[p, q3] += t3
-    for p in range(m):
-        for q in range(p):
-            normal[q, p] = normal[p, q]

@@ -13,37 +13,9 @@ import numpy as np
 from curling_env.physics.compiled import compiled
 from friction_estimation.appearance.shape import (
     BEVEL,
-    BEVEL_HEIGHT,
-    BEVEL_INSET,
-    COLLAR_RADIUS,
-    COLLAR_RISE,
-    CONTACT,
-    CONTACT_REACH,
     FINE,
     FOOT,
-    FOOT_HEIGHT,
-    FOOT_INSET,
-    FOOT_ROUNDNESS,
-    GLOSS,
-    HANDLE_BACK,
-    HANDLE_DEPTH,
-    HANDLE_FRONT,
-    HANDLE_RISE,
-    HANDLE_WIDTH,
-    HEIGHT,
-    LIGHT_X,
-    LIGHT_Y,
     LIT,
-    MIRROR,
-    NECK_LENGTH,
-    RADIUS,
-    ROUNDNESS,
-    SHADE,
-    SHADOW,
-    SHADOW_BLUR,
-    SHADOW_RADIUS,
-    SHADOW_X,
-    SHADOW_Y,
     SIDE,
     SUMS_IN_ANY_ORDER,
     TOP,
@@ -83,15 +55,15 @@ def _outline(shape, nodes, turned, level):
 
     Parameters
     ----------
-    shape : (29,) see `shape.SHAPE_PARAMETERS`
+    shape : see `StoneModel.values`
     nodes : (NODES, 2) height and radius of the circles that bound its cones [m]
     turned : (NODES,) how far the surface is turned from upright, 0 to 1 within foot and bevel
     level : (NODES,) horizontal part of its normal, 0 to 1
     """
-    radius, height = shape[RADIUS], shape[HEIGHT]
-    foot_inset, foot_height = shape[FOOT_INSET], shape[FOOT_HEIGHT]
-    bevel_height, bevel_inset = shape[BEVEL_HEIGHT], shape[BEVEL_INSET]
-    roundness, foot_roundness = shape[ROUNDNESS], shape[FOOT_ROUNDNESS]
+    radius, height = shape.radius, shape.height
+    foot_inset, foot_height = shape.foot_inset, shape.foot_height
+    bevel_height, bevel_inset = shape.bevel_height, shape.bevel_inset
+    roundness, foot_roundness = shape.roundness, shape.foot_roundness
     # Foot and bevel are quarters of superellipses, cut at equal angles.
     for k in range(FOOT_STRIPS + 1):
         angle = 0.5 * math.pi * k / FOOT_STRIPS
@@ -138,18 +110,31 @@ def _px_per_metre(dx, dy, z, scale):
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
+def _on_ice(ray_xy, rows, columns, i, j):
+    """Point at which the line of sight of a fine pixel meets the ice [m]."""
+    row, column = min(i // FINE, rows - 2), min(j // FINE, columns - 2)
+    down, along = (i + 0.5) / FINE - 0.5 - row, (j + 0.5) / FINE - 0.5 - column
+    a = row * columns + column
+    x = ray_xy[a, 0] + along * (ray_xy[a + 1, 0] - ray_xy[a, 0])
+    y = ray_xy[a, 1] + along * (ray_xy[a + 1, 1] - ray_xy[a, 1])
+    x += down * (ray_xy[a + columns, 0] - ray_xy[a, 0])
+    y += down * (ray_xy[a + columns, 1] - ray_xy[a, 1])
+    return x, y
+
+
+@compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
 def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
     """Paint the body: the share of every fine pixel that each of its parts covers.
 
     Parameters
     ----------
     x, y : place of the stone, sheet frame [m]
-    shape : (29,) see `shape.SHAPE_PARAMETERS`
+    shape : see `StoneModel.values`
     ray_xy, ray_slope, scale, rows, columns : rays and size of a `PixelWindow`
     planes : (7, rows·FINE, columns·FINE), of which foot, side, bevel, top and light from one
         side are filled. The body's mirror image in the ice counts as foot and side
     """
-    radius, height = shape[RADIUS], shape[HEIGHT]
+    radius, height = shape.radius, shape.height
     nodes, turned = np.empty((NODES, 2)), np.empty(NODES)
     level, slopes = np.empty(NODES), np.zeros(NODES)
     _outline(shape, nodes, turned, level)
@@ -160,13 +145,10 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
     reach = radius + widest
     top_z, top_r = nodes[NODES - 1, 0], nodes[NODES - 1, 1]
     surely_top = max(top_r - 2 * widest, 0.0)
-    mirrored = shape[MIRROR] > 0.0 or shape[GLOSS] > 0.0
-    aslant = shape[LIGHT_X] != 0.0 or shape[LIGHT_Y] != 0.0
+    mirrored = shape.mirror > 0.0 or shape.gloss > 0.0
+    aslant = shape.light_x != 0.0 or shape.light_y != 0.0
     for row in range(rows):
-        below = min(row, rows - 2)
         for column in range(columns):
-            right = min(column, columns - 2)
-            a = below * columns + right
             i0, j0 = row * FINE, column * FINE
             lx, ly = ray_slope[row * columns + column, 0], ray_slope[row * columns + column, 1]
             fx, fy = ray_xy[row * columns + column, 0] - x, ray_xy[row * columns + column, 1] - y
@@ -178,23 +160,17 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
             z = min(max(-c1 / (c2 + 1e-12), -height), height)
             away = fx * fx + fy * fy + z * (2 * c1 + z * c2)
             if whole > 0.0 or away > (reach + 3 * widest) ** 2:
-                for m in range(FINE):
-                    for n in range(FINE):
-                        planes[FOOT, i0 + m, j0 + n] = 0.0
-                        planes[SIDE, i0 + m, j0 + n] = 0.0
-                        planes[BEVEL, i0 + m, j0 + n] = 0.0
-                        planes[TOP, i0 + m, j0 + n] = whole
-                        planes[LIT, i0 + m, j0 + n] = 0.0
+                for i in range(i0, i0 + FINE):
+                    for j in range(j0, j0 + FINE):
+                        for k in range(TOP):
+                            planes[k, i, j] = 0.0
+                        planes[TOP, i, j] = whole
+                        planes[LIT, i, j] = 0.0
                 continue
-            for m in range(FINE):
-                down = row + (m + 0.5) / FINE - 0.5 - below
-                for n in range(FINE):
-                    i, j = i0 + m, j0 + n
-                    along = column + (n + 0.5) / FINE - 0.5 - right
-                    fx = ray_xy[a, 0] + along * (ray_xy[a + 1, 0] - ray_xy[a, 0])
-                    fx += down * (ray_xy[a + columns, 0] - ray_xy[a, 0]) - x
-                    fy = ray_xy[a, 1] + along * (ray_xy[a + 1, 1] - ray_xy[a, 1])
-                    fy += down * (ray_xy[a + columns, 1] - ray_xy[a, 1]) - y
+            for i in range(i0, i0 + FINE):
+                for j in range(j0, j0 + FINE):
+                    fx, fy = _on_ice(ray_xy, rows, columns, i, j)
+                    fx, fy = fx - x, fy - y
                     c0, c1 = fx * fx + fy * fy, fx * lx + fy * ly
                     for k in range(TOP + 1):
                         planes[k, i, j] = 0.0
@@ -264,7 +240,7 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
                             planes[SIDE, i, j] = side * (1 - share)
                             if aslant:
                                 dx, dy = fx + z * lx, fy + z * ly
-                                towards = shape[LIGHT_X] * dx + shape[LIGHT_Y] * dy
+                                towards = shape.light_x * dx + shape.light_y * dy
                                 towards *= level[strip] + up * (level[strip + 1] - level[strip])
                                 planes[LIT, i, j] = side * towards / (math.hypot(dx, dy) + 1e-9)
                     if cover < 1 and mirrored:
@@ -286,14 +262,14 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
                             if image < 1.0:  # the pebble spreads the mirror image
                                 steep = 1.0 - 1.0 / math.sqrt(1.0 + c2)
                                 share = NORMAL_MIRROR + (1.0 - NORMAL_MIRROR) * steep**5
-                                share = shape[GLOSS] + share * shape[MIRROR]
+                                share = shape.gloss + share * shape.mirror
                                 share *= (1 - cover) * _ramp(0.5 * image)
                                 planes[FOOT, i, j] += 0.5 * share
                                 planes[SIDE, i, j] += 0.5 * share
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
-def paint_dark(x, y, shape, ray_xy, rows, columns, dark):
+def paint_shade(x, y, shape, ray_xy, rows, columns, dark):
     """Paint the share of its light that the ice loses in every fine pixel, beside the body or not.
 
     Parameters
@@ -301,51 +277,28 @@ def paint_dark(x, y, shape, ray_xy, rows, columns, dark):
     x, y, shape, ray_xy, rows, columns : as of `paint_body`
     dark : (rows·FINE, columns·FINE), filled
     """
-    contact_from = shape[RADIUS] - 0.5 * shape[FOOT_INSET]
-    contact_ends = contact_from + SHADE_REACH * shape[CONTACT_REACH]
-    shadow_ends = shape[SHADOW_RADIUS] + SHADE_REACH * shape[SHADOW_BLUR]
-    full_shadow = max(shape[SHADOW_RADIUS] - SHADE_REACH * shape[SHADOW_BLUR], 0.0)
+    contact_from = shape.radius - 0.5 * shape.foot_inset
+    contact_ends = contact_from + SHADE_REACH * shape.contact_reach
+    shadow_ends = shape.shadow_radius + SHADE_REACH * shape.shadow_blur
+    full_shadow = max(shape.shadow_radius - SHADE_REACH * shape.shadow_blur, 0.0)
     for i in range(rows * FINE):
-        below = min(i // FINE, rows - 2)
-        down = (i + 0.5) / FINE - 0.5 - below
         for j in range(columns * FINE):
-            right = min(j // FINE, columns - 2)
-            along = (j + 0.5) / FINE - 0.5 - right
-            a = below * columns + right
-            fx = ray_xy[a, 0] + along * (ray_xy[a + 1, 0] - ray_xy[a, 0])
-            fx += down * (ray_xy[a + columns, 0] - ray_xy[a, 0]) - x
-            fy = ray_xy[a, 1] + along * (ray_xy[a + 1, 1] - ray_xy[a, 1])
-            fy += down * (ray_xy[a + columns, 1] - ray_xy[a, 1]) - y
+            fx, fy = _on_ice(ray_xy, rows, columns, i, j)
+            fx, fy = fx - x, fy - y
             light, square = 1.0, fx * fx + fy * fy
             if square < contact_from * contact_from:
-                light -= shape[CONTACT]
+                light -= shape.contact
             elif square < contact_ends * contact_ends:
-                gap = (math.sqrt(square) - contact_from) / shape[CONTACT_REACH]
-                light -= shape[CONTACT] * math.exp(-gap * gap)
-            dx, dy = fx - shape[SHADOW_X], fy - shape[SHADOW_Y]
+                gap = (math.sqrt(square) - contact_from) / shape.contact_reach
+                light -= shape.contact * math.exp(-gap * gap)
+            dx, dy = fx - shape.shadow_x, fy - shape.shadow_y
             square = dx * dx + dy * dy
             if square < full_shadow * full_shadow:
-                light *= 1 - shape[SHADOW]
+                light *= 1 - shape.shadow
             elif square < shadow_ends * shadow_ends:
-                beyond = (math.sqrt(square) - shape[SHADOW_RADIUS]) / shape[SHADOW_BLUR]
-                light *= 1 - shape[SHADOW] * 0.5 * math.erfc(beyond * math.sqrt(0.5))
+                beyond = (math.sqrt(square) - shape.shadow_radius) / shape.shadow_blur
+                light *= 1 - shape.shadow * 0.5 * math.erfc(beyond * math.sqrt(0.5))
             dark[i, j] = 1 - light
-
-
-@compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
-def shade_ice(planes, dark):
-    """Fill in the light that the ice loses in every fine pixel where it is seen beside the body.
-
-    Parameters
-    ----------
-    planes : painted by `paint_body`, of which `shape.SHADE` is filled
-    dark : painted by `paint_dark`
-    """
-    for i in range(planes.shape[1]):
-        for j in range(planes.shape[2]):
-            cover = planes[FOOT, i, j] + planes[SIDE, i, j]
-            cover += planes[BEVEL, i, j] + planes[TOP, i, j]
-            planes[SHADE, i, j] = (1 - cover) * dark[i, j]
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
@@ -358,19 +311,16 @@ def paint_handle(x, y, theta, shape, ray_xy, ray_slope, scale, rows, columns, ha
     theta : heading of the stone [rad]
     handle : (rows·FINE, columns·FINE), filled
     """
-    height = shape[HEIGHT]
-    handle_z = height + shape[HANDLE_RISE]
+    height = shape.height
+    handle_z = height + shape.handle_rise
     cosine, sine = math.cos(theta), math.sin(theta)
     widest = np.abs(scale[0]).max() + handle_z * np.abs(scale[1]).max()
-    back = shape[HANDLE_BACK]
-    longest = max(shape[HANDLE_FRONT], back + shape[NECK_LENGTH])
-    half_width, play = 0.5 * shape[HANDLE_WIDTH], 2 * widest
-    collar, rise = shape[COLLAR_RADIUS] + widest, shape[COLLAR_RISE]
+    back = shape.handle_back
+    longest = max(shape.handle_front, back + shape.neck_length)
+    half_width, play = 0.5 * shape.handle_width, 2 * widest
+    collar, rise = shape.collar_radius + widest, shape.collar_rise
     for row in range(rows):
-        below = min(row, rows - 2)
         for column in range(columns):
-            right = min(column, columns - 2)
-            a = below * columns + right
             i0, j0 = row * FINE, column * FINE
             lx, ly = ray_slope[row * columns + column, 0], ray_slope[row * columns + column, 1]
             fx = ray_xy[row * columns + column, 0] - x + height * lx
@@ -378,8 +328,8 @@ def paint_handle(x, y, theta, shape, ray_xy, ray_slope, scale, rows, columns, ha
             # Does the ray pass near the bar or the collar, between top and handle?
             forward, aside = cosine * fx + sine * fy, cosine * fy - sine * fx
             ahead, beside = (
-                shape[HANDLE_RISE] * (cosine * lx + sine * ly),
-                shape[HANDLE_RISE] * (cosine * ly - sine * lx),
+                shape.handle_rise * (cosine * lx + sine * ly),
+                shape.handle_rise * (cosine * ly - sine * lx),
             )
             by_bar = (
                 aside + min(beside, 0.0) < half_width + play
@@ -390,36 +340,32 @@ def paint_handle(x, y, theta, shape, ray_xy, ray_slope, scale, rows, columns, ha
             near = collar + widest + rise * (abs(lx) + abs(ly))
             by_collar = fx * fx + fy * fy < near * near
             if not by_bar and not by_collar:
-                for m in range(FINE):
-                    for n in range(FINE):
-                        handle[i0 + m, j0 + n] = 0.0
+                for i in range(i0, i0 + FINE):
+                    for j in range(j0, j0 + FINE):
+                        handle[i, j] = 0.0
                 continue
-            for m in range(FINE):
-                down = row + (m + 0.5) / FINE - 0.5 - below
-                for n in range(FINE):
-                    along = column + (n + 0.5) / FINE - 0.5 - right
-                    fx = ray_xy[a, 0] + along * (ray_xy[a + 1, 0] - ray_xy[a, 0])
-                    fx += down * (ray_xy[a + columns, 0] - ray_xy[a, 0]) - x
-                    fy = ray_xy[a, 1] + along * (ray_xy[a + 1, 1] - ray_xy[a, 1])
-                    fy += down * (ray_xy[a + columns, 1] - ray_xy[a, 1]) - y
+            for i in range(i0, i0 + FINE):
+                for j in range(j0, j0 + FINE):
+                    fx, fy = _on_ice(ray_xy, rows, columns, i, j)
+                    fx, fy = fx - x, fy - y
                     share = 0.0
                     for k in range(3 if by_collar else 0):
                         z = height + 0.5 * k * rise
                         dx, dy = fx + z * lx, fy + z * ly
                         square = dx * dx + dy * dy
                         if square < collar * collar:
-                            distance = math.sqrt(square) - shape[COLLAR_RADIUS]
+                            distance = math.sqrt(square) - shape.collar_radius
                             distance *= _px_per_metre(dx, dy, z, scale) * FINE
                             share = max(share, _ramp(distance))
                     for k in range(GRIP_LEVELS + NECK_LEVELS if by_bar else 0):
                         if share >= 1.0:
                             break
-                        front = shape[HANDLE_FRONT]
-                        z = handle_z - shape[HANDLE_DEPTH] * k / (GRIP_LEVELS - 1)
+                        front = shape.handle_front
+                        z = handle_z - shape.handle_depth * k / (GRIP_LEVELS - 1)
                         if k >= GRIP_LEVELS:
-                            front = back + shape[NECK_LENGTH]
+                            front = back + shape.neck_length
                             up = (k - GRIP_LEVELS + 0.5) / NECK_LEVELS
-                            z = height + max(shape[HANDLE_RISE] - shape[HANDLE_DEPTH], 0.0) * up
+                            z = height + max(shape.handle_rise - shape.handle_depth, 0.0) * up
                         dx, dy = fx + z * lx, fy + z * ly
                         forward, aside = cosine * dx + sine * dy, -sine * dx + cosine * dy
                         ahead = abs(forward - 0.5 * (back + front)) - 0.5 * (front - back)
@@ -428,4 +374,4 @@ def paint_handle(x, y, theta, shape, ray_xy, ray_slope, scale, rows, columns, ha
                             ahead *= _px_per_metre(cosine, sine, z, scale) * FINE
                             beside *= _px_per_metre(-sine, cosine, z, scale) * FINE
                             share = max(share, _ramp(ahead) * _ramp(beside))
-                    handle[i0 + m, j0 + n] = share
+                    handle[i, j] = share

@@ -1,4 +1,4 @@
-"""Compiled operations on pictures: colouring, blur, the change by a stone."""
+"""Compiled operations on painted stones: colouring and blur."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from friction_estimation.appearance.shape import (
     BEVEL,
     FINE,
     FOOT,
+    HANDLE,
     LIT,
     SHADE,
     SIDE,
@@ -23,40 +24,37 @@ BLUR_REACH = 3.2
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
-def colour_planes(planes, handle, colours, coloured):
+def colour_planes(planes, colours, coloured):
     """Fill in the light of a painted stone in every fine pixel, and the light of the ice that it
     hides.
 
     Parameters
     ----------
-    planes : (7, height, width) planes that `paint_body` and `shade_ice` fill
-    handle : (height, width) plane that `paint_handle` fills
+    planes : (7, height, width) the painted stone
     colours : (5, 3) colours of the parts
     coloured : (5, height, width), filled: the stone's brightness; the share of the ice's brightness
         that is lost behind it and in its shade; its two colour differences; the share of the ice's
         colour that is lost behind it
     """
     one = np.float32(1.0)
-    for i in range(handle.shape[0]):
+    for i in range(planes.shape[1]):
         foot, side, bevel, top = planes[FOOT, i], planes[SIDE, i], planes[BEVEL, i], planes[TOP, i]
-        shade, grip = planes[SHADE, i], handle[i]
+        shade, grip, lit = planes[SHADE, i], planes[HANDLE, i], planes[LIT, i]
         lost, light = coloured[1, i], coloured[4, i]
-        for j in range(handle.shape[1]):
+        for j in range(planes.shape[2]):
             free = one - grip[j]
             cover = foot[j] + side[j] + bevel[j] + top[j]
-            lost[j] = free * (cover + shade[j]) + grip[j]
+            dark = np.float32((1.0 - cover) * shade[j])  # the difference in double precision
+            lost[j] = free * (cover + dark) + grip[j]
             light[j] = free * cover + grip[j]
         for channel in range(3):
             out = coloured[channel + 1 if channel else 0, i]
             a, b, c = colours[0, channel], colours[1, channel], colours[2, channel]
             d, e = colours[3, channel], colours[4, channel]
-            for j in range(handle.shape[1]):
-                own = foot[j] * a + side[j] * b + bevel[j] * c + top[j] * d
+            slanting = np.float32(0.0) if channel else b  # light changes brightness, not colour
+            for j in range(planes.shape[2]):
+                own = foot[j] * a + side[j] * b + bevel[j] * c + top[j] * d + slanting * lit[j]
                 out[j] = (one - grip[j]) * own + grip[j] * e
-        # Light changes brightness, not colour.
-        luma, b = coloured[0, i], colours[1, 0]
-        for j in range(handle.shape[1]):
-            luma[j] += (one - grip[j]) * planes[LIT, i, j] * b
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)

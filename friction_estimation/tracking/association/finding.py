@@ -18,7 +18,7 @@ from friction_estimation.tracking.association.linking import RestingPlace, link,
 from friction_estimation.tracking.association.paths import RESTING, Path, most_likely_paths
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.detection.detections import Detections, Detector
-from friction_estimation.tracking.detection.finder import NetworkFinder
+from friction_estimation.tracking.detection.detector import StoneFinder
 from friction_estimation.tracking.films.steady_film import SteadyFilm
 from friction_estimation.tracking.measuring.looks import SeenStone, crowded
 from friction_estimation.tracking.measuring.others import RestingStone
@@ -61,7 +61,7 @@ def find_stones(
     NoThrowError : nothing slides along the ice
     """
     model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
-    finder = NetworkFinder(camera, scene.sheet, model)
+    finder = StoneFinder(camera, model, scene.sheet)
     detector = Detector(background, camera, model, scene.sheet, finder)
     seen = detector.detect(film.sample)
     paths = most_likely_paths(seen, scene.sheet.width * scene.sheet.length)

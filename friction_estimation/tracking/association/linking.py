@@ -16,7 +16,7 @@ from scipy.optimize import linear_sum_assignment
 
 from curling_env.typing import Floats, Integers
 from friction_estimation.tracking import numbers
-from friction_estimation.tracking.association.motion import correct, predict
+from friction_estimation.tracking.association.motion import Motion
 from friction_estimation.tracking.association.paths import RESTING, SLIDING, Path
 from friction_estimation.tracking.detection.detections import Detections
 
@@ -52,73 +52,20 @@ class Mover:
     mode: list[int]
     contacts: list[float] = field(default_factory=list)
     rested: RestingPlace | None = None
-    _state: Floats = field(default_factory=lambda: np.zeros((2, 3)))
-    _p: Floats = field(default_factory=lambda: np.zeros((2, 3, 3)))
-    _t: float = 0.0
-
-    @property
-    def place(self) -> Floats:
-        """Place, (2,) [m]."""
-        return self._state[:, 0].copy()
-
-    @property
-    def velocity(self) -> Floats:
-        """Velocity, (2,) [m/s]."""
-        return self._state[:, 1].copy()
-
-    def put(self, t: float, place: Floats, velocity: Floats, sigma: Floats | float) -> None:
-        """Set its state at a time [s].
-
-        Parameters
-        ----------
-        place, velocity : (2,) [m] and [m/s]
-        sigma : standard error of the velocity, of each component [m/s]
-        """
-        self._t = t
-        self._state[:, 0], self._state[:, 1], self._state[:, 2] = place, velocity, 0.0
-        self._p[:] = 0.0
-        self._p[:, 0, 0] = numbers.DETECTION_M**2
-        self._p[:, 1, 1] = np.square(sigma)
-        self._p[:, 2, 2] = numbers.DECELERATION_SIGMA**2
-
-    def move_to(self, t: float) -> None:
-        """Predict its state at a later time [s]."""
-        speed = float(np.hypot(*self._state[:, 1]))
-        dt = t - self._t
-        if speed < numbers.DECELERATION * dt:  # it stops before that
-            self._state[:, 0] += 0.5 * self._state[:, 1] * speed / numbers.DECELERATION
-            self._state[:, 1:] = 0.0
-            self._p[:, 0, 0] += (numbers.REST_SPEED_SIGMA * dt) ** 2
-            self._t = t
-            return
-        for k in range(2):
-            ahead, ahead_p = np.empty(3), np.empty((3, 3))
-            expected = -numbers.DECELERATION * self._state[k, 1] / speed
-            predict(
-                dt,
-                expected,
-                numbers.DECELERATION_SIGMA,
-                numbers.DECELERATION_MEMORY,
-                self._state[k],
-                self._p[k],
-                ahead,
-                ahead_p,
-            )
-            self._state[k], self._p[k] = ahead, ahead_p
-        self._t = t
+    motion: Motion = field(default_factory=Motion)
 
     def cost(self, xy: Floats, variance: Floats) -> Floats:
         """Return `misses` with the normalisation of the errors, (n,)."""
-        return self.misses(xy, variance) + np.log(self._p[:, 0, 0] + variance).sum(axis=1)
+        return self.misses(xy, variance) + np.log(self.motion.variance + variance).sum(axis=1)
 
     def misses(self, xy: Floats, variance: Floats) -> Floats:
         """Squared distances of detections (n, 2) [standard errors], (n,)."""
-        return ((xy - self._state[:, 0]) ** 2 / (self._p[:, 0, 0] + variance)).sum(axis=1)
+        total = self.motion.variance + variance
+        return ((xy - self.motion.place) ** 2 / total).sum(axis=1)
 
     def add(self, at: int, seen: Detections) -> None:
         """Update it with a detection."""
-        for k in range(2):
-            correct(0, seen.xy[at, k], seen.sigma[at, k] ** 2, self._state[k], self._p[k])
+        self.motion.correct(seen.xy[at], seen.sigma[at] ** 2)
         self.at.append(at)
         self.mode.append(SLIDING)
 
@@ -173,12 +120,12 @@ def link(
     movers = [Mover(at=kept.tolist(), mode=thrown.mode[: len(kept)].tolist())]
     last = kept[-numbers.LINK_FITS :]
     place, velocity = np.polynomial.polynomial.polyfit(seen.t[last] - begin, seen.xy[last], 1)
-    movers[0].put(begin, place, velocity, 0.1)
+    movers[0].motion.put(begin, place, velocity, numbers.DETECTION_M, 0.1)
     for moment in seen.times[seen.times > begin]:
         while events and events[0].until < moment:
             _hit(movers, events.pop(0), touching)
         for one in movers:
-            one.move_to(float(moment))
+            one.motion.move_to(float(moment))
         here = np.flatnonzero((seen.t == moment) & ~rests & ~seen.still)
         if not len(here):
             continue
@@ -199,24 +146,24 @@ _FAR = 1e6
 def _hit(movers: list[Mover], place: RestingPlace, touching: float) -> None:
     """Apply a contact of the nearest moving stone with a resting one, if it is near enough."""
     rested, when = place.xy, place.until + numbers.DENSE_STEP / 2
-    striker = min(movers, key=lambda one: float(np.hypot(*(one.place - rested))))
-    way = rested - striker.place
+    striker = min(movers, key=lambda one: float(np.hypot(*(one.motion.place - rested))))
+    way = rested - striker.motion.place
     if np.hypot(*way) > touching + 2 * numbers.SAME_PLACE:
         return
-    velocity = striker.velocity
+    velocity = striker.motion.velocity
     speed = float(np.hypot(*velocity))
     # it has reached the distance of contact
     along = velocity / max(speed, 1e-9)
     ahead = float(way @ along)
     aside = way - ahead * along
     room = touching**2 - float(aside @ aside)
-    at = striker.place + (ahead - np.sqrt(max(room, 0.0))) * along
+    at = striker.motion.place + (ahead - np.sqrt(max(room, 0.0))) * along
     normal = (rested - at) / max(float(np.hypot(*(rested - at))), 1e-9)
     given = numbers.COLLISION_TRANSFER * max(float(velocity @ normal), 0.0) * normal
     sigma = numbers.COLLISION_SIGMA * speed
     last = place.at[-3:].tolist()
     struck = Mover(at=last, mode=[RESTING] * len(last), contacts=[when], rested=place)
-    striker.put(when, at, velocity - given, sigma)
-    struck.put(when, rested, given, sigma)
+    for one, there, new in ((striker, at, velocity - given), (struck, rested, given)):
+        one.motion.put(when, there, new, numbers.DETECTION_M, sigma)
     striker.contacts.append(when)
     movers.append(struck)

@@ -1,4 +1,4 @@
-"""Motion of one stone, one coordinate at a time: a Kalman filter, and its backward pass.
+"""Motion of one stone: a Kalman filter of each coordinate, and its backward pass.
 
 The state of a coordinate is position, velocity and the deviation of the acceleration from that of a
 stone on ice. The deviation is a random walk, slow while the stone slides and fast while someone
@@ -8,11 +8,102 @@ holds it. A collision lets the velocity jump; a stone at rest has none.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from curling_env.physics.compiled import compiled
+from curling_env.typing import Floats
+from friction_estimation.tracking import numbers
 
 REST_SIGMA = 0.01
 """Standard deviation of the velocity in the first frame in which a stone rests [m/s]."""
+
+
+HELD_MEMORY = 0.5
+"""Memory of the acceleration of a stone that someone holds, see `predict` [s]."""
+
+
+def acceleration_of(way: Floats, held: ArrayLike) -> tuple[Floats, Floats, Floats]:
+    """Return what is known of the acceleration of stones on ice.
+
+    Parameters
+    ----------
+    way : (..., 2) direction of travel, a unit vector; shorter where the stone hardly moves
+    held : (...) whether someone holds it
+
+    Returns
+    -------
+    its mean and standard deviation (..., 2) [m/s²], and its memory (...), see `predict`
+    """
+    hand = np.asarray(held)[..., None]
+    slides = np.hypot(numbers.DECELERATION_SIGMA * way, numbers.CURL_SIGMA * way[..., ::-1])
+    sigma = np.where(hand, numbers.CARRIED_ACCELERATION, np.maximum(slides, numbers.CURL_SIGMA))
+    mean = np.where(hand, 0.0, -numbers.DECELERATION * way)
+    return mean, sigma, np.where(held, HELD_MEMORY, numbers.DECELERATION_MEMORY)
+
+
+@dataclass(eq=False)
+class Motion:
+    """Place and velocity of a stone, predicted to a time and corrected by what is seen then.
+
+    Parameters
+    ----------
+    t : time [s]
+    state, p : (2, 3) state of each coordinate, and (2, 3, 3) its covariance
+    """
+
+    t: float = -np.inf
+    state: Floats = field(default_factory=lambda: np.zeros((2, 3)))
+    p: Floats = field(default_factory=lambda: np.zeros((2, 3, 3)))
+
+    @property
+    def place(self) -> Floats:
+        """Place, (2,) [m]."""
+        return self.state[:, 0].copy()
+
+    @property
+    def velocity(self) -> Floats:
+        """Velocity, (2,) [m/s]."""
+        return self.state[:, 1].copy()
+
+    @property
+    def variance(self) -> Floats:
+        """Variance of the place, (2,) [m²]."""
+        return self.p[:, 0, 0].copy()
+
+    def put(self, t: float, place: Floats, velocity: Floats, *sigma: float) -> None:
+        """Set the state at a time [s].
+
+        Parameters
+        ----------
+        place, velocity : (2,) [m] and [m/s]
+        sigma : standard errors of both [m] and [m/s]
+        """
+        self.t = t
+        self.state[:] = np.column_stack([place, velocity, np.zeros(2)])
+        self.p[:] = np.diag(np.square([*sigma, numbers.DECELERATION_SIGMA]))
+
+    def move_to(self, t: float, *, held: bool = False) -> None:
+        """Predict the state at a later time [s]; a stone that is not held may stop before."""
+        dt, speed = t - self.t, float(np.hypot(*self.state[:, 1]))
+        self.t = t
+        if not held and speed < numbers.DECELERATION * dt:
+            self.state[:, 0] += 0.5 * self.state[:, 1] * speed / numbers.DECELERATION
+            self.state[:, 1:] = 0.0
+            self.p[:, 0, 0] += (numbers.REST_SPEED_SIGMA * dt) ** 2
+            return
+        way = self.state[:, 1] / max(speed, numbers.LEAST_SPEED)
+        mean, sigma, memory = acceleration_of(way, held)
+        state, p = self.state.copy(), self.p.copy()
+        for k in range(2):
+            predict(dt, mean[k], sigma[k], float(memory), state[k], p[k], self.state[k], self.p[k])
+
+    def correct(self, xy: Floats, variance: Floats) -> None:
+        """Correct the state by a place (2,) [m] with the variances of its coordinates (2,)."""
+        for k in range(2):
+            correct(0, xy[k], variance[k], self.state[k], self.p[k])
 
 
 @compiled

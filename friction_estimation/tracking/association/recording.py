@@ -24,7 +24,7 @@ from friction_estimation.tracking.association.paths import (
 )
 from friction_estimation.tracking.detection.background import find_background, sheet_region
 from friction_estimation.tracking.detection.detections import Detections, Detector
-from friction_estimation.tracking.detection.finder import NetworkFinder
+from friction_estimation.tracking.detection.detector import StoneFinder
 from friction_estimation.tracking.films.motion_detector import MotionDetector
 from friction_estimation.tracking.films.quick_looks import looks, parts_for
 
@@ -89,7 +89,7 @@ def find_throws(
     )
     model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
     region = sheet_region(small, scene.sheet)
-    finder = NetworkFinder(small, scene.sheet, model, quick=True)
+    finder = StoneFinder(small, model, scene.sheet, quick=True)
     seen: Detections | None = None
     detector: Detector | None = None
     for frames in _windows(film, MotionDetector.for_camera(camera, scene), parts, progress):

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from curling_env.sheet import BACK_LINE_Y, Sheet
+from curling_env.sheet import Sheet
 from curling_env.typing import Flags, Floats, Image, Integers
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.detection.background import Background, Blob, moving_blobs
-from friction_estimation.tracking.detection.finder import SURELY_A_STONE, NetworkFinder
+from friction_estimation.tracking.detection.detector import StoneFinder
 from friction_estimation.tracking.detection.sightings import is_larger, sighting_of
 
 _LEAST_LIKENESS = 0.03
@@ -111,7 +111,7 @@ class Detector:
         camera: Camera,
         model: StoneModel,
         sheet: Sheet,
-        finder: NetworkFinder,
+        finder: StoneFinder,
         *,
         every: int = 1,
         before: Detector | None = None,
@@ -176,10 +176,11 @@ class Detector:
             [one is None or one.likeness < _CLEAR_LIKENESS for one in seen], dtype=bool
         )
         if unclear.any() and k % self._every == 0:
-            for xy, score in zip(*self._finder(frame, moved[unclear]), strict=True):
-                if _apart(xy, [other.xy for other in here]) and _apart(xy, self._still.places):
-                    like = _likeness_of(float(score))
-                    here.append(_Found(frame=k, t=t, xy=xy, score=float(score), likeness=like))
+            for one in self._finder.detect(frame, moved[unclear]):
+                known = (*(other.xy for other in here), *self._still.places)
+                if _apart(one.xy, known):
+                    like = float(np.clip(one.log_odds / 4, 0.0, 1.0))
+                    here.append(_Found(frame=k, t=t, xy=one.xy, score=one.log_odds, likeness=like))
         for one in self._still.stones:
             if not _touching(one.px, moved).any() or _seen_again(one, frame, self.background):
                 here.append(
@@ -230,7 +231,7 @@ def _still(
     background: Background,
     camera: Camera,
     model: StoneModel,
-    finder: NetworkFinder,
+    finder: StoneFinder,
     known: tuple[Background, _Still] | None,
 ) -> _Still:
     """Return the stones on the still ice.
@@ -250,13 +251,12 @@ def _still(
         boxes = np.array([_box(blob) for blob in moving_blobs(whole, ice)]).reshape(-1, 2, 2)
         stones = [one for one in before.stones if not _touching(one.px, boxes).any()]
         others = [xy for xy in before.places if not _shows(camera, model, xy, boxes)]
-    places, scores = finder(whole, boxes)
-    for xy, score in zip(places, scores, strict=True):
-        px = model.extent_px(camera, xy)
-        in_play = abs(xy[1]) < BACK_LINE_Y + model.radius  # others are parked
-        if len(px) and in_play and score > SURELY_A_STONE:
-            stones.append(_Resting(xy=xy, px=px, score=float(score)))
-    return _Still(stones=tuple(stones), places=(*others, *places))
+    found = finder.detect(whole, boxes)
+    for one in found:
+        px = model.extent_px(camera, one.xy)
+        if len(px) and one.in_play and one.is_sure:  # others are parked
+            stones.append(_Resting(xy=one.xy, px=px, score=one.log_odds))
+    return _Still(stones=tuple(stones), places=(*others, *(one.xy for one in found)))
 
 
 def _shows(camera: Camera, model: StoneModel, xy: Floats, boxes: Floats) -> bool:
@@ -278,10 +278,6 @@ def _seen_again(one: _Resting, frame: Image, background: Background) -> bool:
 
 def _blob_score(likeness: float) -> float:
     return float(np.log(max(likeness, _LEAST_LIKENESS))) + 1.5
-
-
-def _likeness_of(score: float) -> float:
-    return float(np.clip(score / 4, 0.0, 1.0))
 
 
 def _box(blob: Blob) -> Floats:

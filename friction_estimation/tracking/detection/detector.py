@@ -8,6 +8,7 @@ picture is resampled once for each range of distances (`_scales`), by the known 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -32,6 +33,10 @@ detections above the first were stones, and 31 % of those between both."""
 BUTTON_ODDS = 0.44
 """Odds of a stone at a tee over those that its picture alone gives: if stones are small, the button
 looks like one."""
+ODDS_SLOPE, ODDS_AT_HALF = 0.8, 1.0
+"""Log odds of a stone from the network's score: slope and offset of its log odds."""
+HIGHEST_SCORE = 0.999
+"""Scores above this one count as this one."""
 ERROR_PX = 0.9
 """Standard error of a place in each direction, in the pictures that the network sees [px]."""
 SCALE_STEP = 0.1
@@ -86,8 +91,14 @@ class DetectedPlace:
         """False for a doubtful candidate."""
         return self.score >= SURE
 
+    @property
+    def log_odds(self) -> float:
+        """Log odds of a stone."""
+        score = min(self.score, HIGHEST_SCORE)
+        return ODDS_SLOPE * math.log(score / (1 - score)) + ODDS_AT_HALF
 
-class Detector:
+
+class DetectorNetwork:
     """The network, ready to run.
 
     Parameters
@@ -151,19 +162,23 @@ class Detector:
         return logits[:, : rows // 2, : columns // 2]
 
 
-class OnIce:
-    """Detector for one camera.
+class StoneFinder:
+    """Finder of stones on the ice in the pictures of one camera.
 
     Parameters
     ----------
-    detector : the network
     camera : whose pictures are searched
     model : a stone; its size counts
     sheet : outside of it nothing is looked for
+    quick : whether the network never sees a picture's mirror image as well; else it sees that of
+        whole pictures, but not of parts, which are many
     """
 
-    def __init__(self, detector: Detector, camera: Camera, model: StoneModel, sheet: Sheet) -> None:
-        self._detector, self.camera, self._model, self._sheet = detector, camera, model, sheet
+    def __init__(
+        self, camera: Camera, model: StoneModel, sheet: Sheet, *, quick: bool = False
+    ) -> None:
+        self._network, self._quick = DetectorNetwork(), quick
+        self.camera, self._model, self._sheet = camera, model, sheet
         self._scales = list(_scales(camera, model, sheet))
 
     @property
@@ -171,9 +186,7 @@ class OnIce:
         """False where all stones are narrower than `MIN_STONE_PX`, or out of view."""
         return bool(self._scales)
 
-    def detect(
-        self, picture: Image, boxes: Floats | None = None, *, mirrored: bool = True
-    ) -> list[DetectedPlace]:
+    def detect(self, picture: Image, boxes: Floats | None = None) -> list[DetectedPlace]:
         """Find the stones on the sheet in a picture, highest scores first.
 
         Parameters
@@ -181,12 +194,12 @@ class OnIce:
         picture : (rows, columns, 3) BGR, of the camera's size
         boxes : (k, 2, 2) parts to search, each by its upper left and lower right corner [px];
             None: all of the picture
-        mirrored : whether the network is shown the mirror image as well
 
         Returns
         -------
         stones and what may be one, whose foot is in the picture and on the sheet
         """
+        mirrored = boxes is None and not self._quick
         found = [
             one
             for box, factor in self._scales
@@ -208,7 +221,7 @@ class OnIce:
         box: tuple[int, int, int, int],
         factor: float,
         *,
-        mirrored: bool = True,
+        mirrored: bool,
     ) -> list[DetectedPlace]:
         left, top, right, below = box
         part = picture[top:below, left:right]
@@ -221,7 +234,7 @@ class OnIce:
         # The rounded sizes are used, because positions are accurate to a tenth of a pixel.
         exact = np.array([resized.shape[1] / part.shape[1], resized.shape[0] / part.shape[0]])
         places: list[DetectedPlace] = []
-        for one in self._detector.detect(resized, mirrored=mirrored):
+        for one in self._network.detect(resized, mirrored=mirrored):
             px = (one.px + 0.5) / exact - 0.5 + [left, top]
             (xy,) = self.camera.on_plane(px[None])
             if _is_on(self._sheet, xy, self._model.radius):

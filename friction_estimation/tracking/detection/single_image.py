@@ -21,8 +21,7 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.tracking.detection.detector import (
     MIN_STONE_PX,
     DetectedPlace,
-    Detector,
-    OnIce,
+    StoneFinder,
 )
 from friction_estimation.tracking.numbers import SAME_PLACE
 
@@ -89,12 +88,12 @@ def find_stones_in_image(
             f"expected a picture of {camera.size[0]} × {camera.size[1]} px as in the scene, "
             f"got {size[0]} × {size[1]} px"
         )
-    detector = OnIce(Detector(), camera, model, sheet)
-    if not detector.sees_stones:
+    finder = StoneFinder(camera, model, sheet)
+    if not finder.sees_stones:
         raise InputError(
             f"the picture is too small: stones must be {MIN_STONE_PX:g} px wide or wider in it"
         )
-    found = detector.detect(picture)
+    found = finder.detect(picture)
     stones = [_as_stone(one, picture, camera, model) for one in found if one.in_play]
     return sorted(stones, key=lambda stone: -stone.xy[1])
 

@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from curling_env.typing import Floats
 from friction_estimation.appearance import Appearance, PosedStone, StoneFit, measure_occluded
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.association.coarse import CoarsePath
-from friction_estimation.tracking.association.motion import correct, predict
+from friction_estimation.tracking.association.motion import Motion
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.films.film_track import TrackingOptions
 from friction_estimation.tracking.measuring.heading import HeadingCurve
@@ -42,9 +41,7 @@ class Follower:
     since: float = -np.inf
     turned: float = 0.0
     measured: Measurements = field(default_factory=Measurements)
-    _state: Floats = field(default_factory=lambda: np.zeros((2, 3)))
-    _p: Floats = field(default_factory=lambda: np.zeros((2, 3, 3)))
-    _t: float = -np.inf
+    _motion: Motion = field(default_factory=Motion)
     _seen: float = -np.inf
     _theta: float = 0.0
 
@@ -72,11 +69,11 @@ class Follower:
         known = spread.max() < numbers.LOST
         tries = [(place, spread)] if known else []
         if self._predict(t):
-            expected = self._state[:, 0].copy()
+            expected = self._motion.place
             if known and (np.abs(expected - place) > numbers.LOST + numbers.GATE * spread).any():
                 self._seen = -np.inf  # the measured object is not the one on the path
             else:
-                tries.insert(0, (expected, np.sqrt(self._p[:, 0, 0])))
+                tries.insert(0, (expected, np.sqrt(self._motion.variance)))
         strays: list[StoneFit] = []
         for at, spread in tries:
             if not np.isfinite(at).all():
@@ -153,7 +150,7 @@ class Follower:
         """Expected pose in a frame, for its neighbours."""
         place = self.path.at(t)[0]
         if t - self._seen < numbers.LONG:
-            place = self._state[:, 0]
+            place = self._motion.place
         return PosedStone(look=self.appearance, pose=np.array([*place, self._heading(t)]))
 
     def _heading(self, t: float) -> float:
@@ -161,36 +158,16 @@ class Follower:
 
     def _predict(self, t: float) -> bool:
         """Predict the state at a time [s]; returns whether it is known."""
-        if t - self._seen > numbers.LONG:
-            return False
-        velocity = self._state[:, 1]
-        speed = float(np.hypot(*velocity))
-        held = t <= self.path.released
-        way = velocity / max(speed, 0.05)
-        for k in range(2):
-            expected = 0.0 if held else -numbers.DECELERATION * way[k]
-            sigma = float(
-                np.hypot(numbers.DECELERATION_SIGMA * way[k], numbers.CURL_SIGMA * way[1 - k])
-            )
-            sigma = numbers.CARRIED_ACCELERATION if held else max(sigma, numbers.CURL_SIGMA)
-            memory = 0.5 if held else numbers.DECELERATION_MEMORY
-            ahead, ahead_p = np.empty(3), np.empty((3, 3))
-            predict(
-                t - self._t, expected, sigma, memory, self._state[k], self._p[k], ahead, ahead_p
-            )
-            self._state[k], self._p[k] = ahead, ahead_p
-        self._t = t
-        return True
+        known = t - self._seen <= numbers.LONG
+        if known:
+            self._motion.move_to(t, held=t <= self.path.released)
+        return known
 
     def _update(self, t: float, fit: StoneFit) -> None:
         if t - self._seen > numbers.LONG:
-            _, velocity, _ = self.path.at(t)
-            self._state[:, 0], self._state[:, 1], self._state[:, 2] = fit.xy, velocity, 0.0
-            self._p[:] = np.diag([1.0, 0.3**2, numbers.DECELERATION_SIGMA**2])
-        for k in range(2):
-            variance = float(fit.covariance[k, k]) + 1e-6
-            correct(0, float(fit.xy[k]), variance, self._state[k], self._p[k])
-        self._t = self._seen = t
+            self._motion.put(t, fit.xy, self.path.at(t)[1], 1.0, 0.3)
+        self._motion.correct(fit.xy, np.diag(fit.covariance)[:2] + 1e-6)
+        self._seen = t
         if np.isfinite(fit.theta):
             self._theta = fit.theta
 

@@ -9,7 +9,11 @@ import numpy as np
 
 from curling_env.typing import Flags, Floats
 from friction_estimation.tracking import numbers
-from friction_estimation.tracking.association.motion import filtered, smoothed_back
+from friction_estimation.tracking.association.motion import (
+    acceleration_of,
+    filtered,
+    smoothed_back,
+)
 
 _PASSES = 5
 """Number of rounds for weights, scale and direction."""
@@ -197,7 +201,7 @@ class _States:
             if 0 < at < n:
                 self._jump[at] = numbers.JUMP_SIGMA**2
         self._after_contacts = max(contacts, default=-np.inf)
-        self._memory = np.where(self._held, 0.5, numbers.DECELERATION_MEMORY)
+        self._memory = np.zeros(n)
         self._expected, self._sigma = np.zeros((2, n)), np.zeros((2, n))
         self._velocity = np.zeros((n, 2))
         self._before, self._after = np.empty((2, 2, n, 3))
@@ -215,14 +219,8 @@ class _States:
             way = velocity[last] / speed[last, None]
         else:
             way = np.zeros_like(velocity)
-        along, aside = numbers.DECELERATION_SIGMA, numbers.CURL_SIGMA
-        for k in range(2):
-            own, other = way[:, k], way[:, 1 - k]
-            self._expected[k] = np.where(self._held, 0.0, -numbers.DECELERATION * own)
-            slides = np.hypot(along * own, aside * other)
-            self._sigma[k] = np.where(self._held, numbers.CARRIED_ACCELERATION, slides)
-        if not len(fast):
-            self._sigma[:] = numbers.CURL_SIGMA
+        expected, sigma, self._memory = acceleration_of(way, self._held)
+        self._expected, self._sigma = expected.T.copy(), sigma.T.copy()
 
     def settle(self, variance: Floats, turn: int) -> None:
         """Set the most likely frame in which it comes to rest."""

@@ -11,11 +11,10 @@ USE_KERNELS = """
 import numpy as np
 
 from curling_env.physics import catalogue
-from friction_estimation.appearance.kernels.fit_kernels import robust_misfit  # other sources
+from friction_estimation.appearance.kernels.picture_kernels import blur  # other sources
 
 print(catalogue()["air_drag"].kernel.address != 0)
-three, seen = np.ones((1, 3)), np.ones((5, 3, 1, 1), np.float32)
-robust_misfit(three, three, seen, np.ones(3), 3.0)
+blur(np.ones((1, 2, 2), np.float32), 1, 1, 0.5, 0.0, 0.0, False, np.ones((1, 3, 1, 1), np.float32))
 """
 
 

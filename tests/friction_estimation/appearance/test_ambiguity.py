@@ -44,7 +44,7 @@ def pictures(shown, rng):
 
 def test_crops_that_were_placed_too_far_away_come_nearer_to_the_camera():
     """A look may fit nearly as well with the stone elsewhere on its lines of sight."""
-    real = replace(PLAIN, **{name: middle for name, (middle, _) in REVERSIBLE.items()})
+    real = replace(PLAIN, **{name: row[0] for name, row in REVERSIBLE.items()})
     shown = Appearance(model=real, colours=COLOURS, noise=np.array([2.0, 3, 3]), has_handle=False)
     crops, places = pictures(shown, np.random.default_rng(7))
     for crop in crops:

@@ -17,8 +17,7 @@ from friction_estimation.appearance import (
     window_at,
 )
 from friction_estimation.appearance.derivatives import TURN_STEP, picture_derivatives, step_of
-from friction_estimation.appearance.kernels.fit_kernels import normal_equations
-from friction_estimation.appearance.shape import SHAPE_PARAMETERS
+from friction_estimation.appearance.prior import SHAPE_PRIOR
 from friction_estimation.camera import Camera
 
 CAMERA = Camera.looking_at(
@@ -63,11 +62,11 @@ def changed(crop, name, step):
     return crop, replace(LOOK, model=model)
 
 
-@pytest.mark.parametrize("name", [*SHAPE_PARAMETERS[2:], "theta"])
+@pytest.mark.parametrize("name", [*SHAPE_PRIOR, "theta"])
 def test_the_picture_changes_with_the_shape_as_pictures_of_two_shapes_differ(name):
     crop, turned = stone_on_ice(), name == "theta"
-    index = [] if turned else [SHAPE_PARAMETERS.index(name)]
-    jacobian, _, _ = picture_derivatives(crop, LOOK, index, len(PARTS), 3)
+    names = [] if turned else [name]
+    jacobian, _, _ = picture_derivatives(crop, LOOK, names, len(PARTS), 3)
     step = TURN_STEP if turned else step_of(name)
     there, here = painted(*changed(crop, name, step)), painted(crop, LOOK)
     expected = ((there - here) / (step * LOOK.noise)).T
@@ -95,17 +94,3 @@ def test_the_picture_changes_with_colours_and_place():
         # The picture is moved as a whole; the foot moves a little more than the top.
         error = np.linalg.norm(jacobian[-3 + axis] - expected)
         assert error < 0.25 * np.linalg.norm(expected)
-
-
-def test_normal_equations_leave_out_nothing():
-    """Derivatives that are zero in a channel are skipped, and pixels are summed in parts."""
-    rng = np.random.default_rng(3)
-    jacobian = rng.normal(size=(11, 3, 700))
-    jacobian[2, 1:], jacobian[5, 0], jacobian[7] = 0.0, 0.0, 0.0
-    residual, weight = rng.normal(size=(3, 700)), rng.uniform(0.1, 1.0, 700)
-    weighted = (jacobian * weight).reshape(11, -1)
-    normal, right = weighted @ jacobian.reshape(11, -1).T, weighted @ residual.ravel()
-    found, pulled = np.empty((11, 11)), np.empty(11)
-    normal_equations(jacobian, residual, weight, found, pulled)
-    np.testing.assert_allclose(found, normal, rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(pulled, right, rtol=1e-9, atol=1e-9)

@@ -17,7 +17,7 @@ from friction_estimation.appearance import (
     window_at,
 )
 from friction_estimation.appearance.fit import fit_stone
-from friction_estimation.appearance.painting import shares
+from friction_estimation.appearance.painting import painted, shares
 from friction_estimation.appearance.shape import LIT, SIDE
 from friction_estimation.camera import Camera
 
@@ -109,6 +109,12 @@ def film_of_a_stone():
     return crops, places
 
 
+def covered(window, model, xy):
+    """Shares of pixels that the parts of a stone without a handle cover."""
+    planes = painted(window, model.values, np.array([*xy, 0.0]), with_handle=False)
+    return shares(planes, window, model.values)
+
+
 def learnt(crops, change=0.0):
     """Places and appearance learned from copies of crops with pixels changed by an amount."""
     rng = np.random.default_rng(3)
@@ -147,12 +153,7 @@ def test_a_picture_changes_without_jumps(scene, name):
     lit = replace(MODEL, light_x=0.2, light_y=-0.1)
     step = 1e-5 if name.endswith(("height", "inset")) else 1e-3
     pictures = [
-        shares(
-            window,
-            replace(lit, **{name: getattr(lit, name) + k * step}).shape(),
-            np.array([*xy, 0.0]),
-            with_handle=False,
-        )
+        covered(window, replace(lit, **{name: getattr(lit, name) + k * step}), xy)
         for k in range(12)
     ]
     assert np.abs(np.diff(pictures, axis=0)).max() > 1e-5
@@ -161,7 +162,7 @@ def test_a_picture_changes_without_jumps(scene, name):
 
 def test_a_low_view_is_painted_to_a_grey_level(scene):
     xy, window, truth = scene
-    out = shares(window, MODEL.shape(), np.array([*xy, 0.0]), with_handle=False)
+    out = covered(window, MODEL, xy)
     painted = out[0, :, : len(PARTS)] @ GREY + ICE * (1 - out[0].sum(axis=1))
     assert np.abs(painted - truth).max() < 6.0
     assert np.sqrt(np.mean((painted - truth) ** 2)) < 0.8
@@ -171,7 +172,7 @@ def test_light_from_one_side_is_painted_and_does_not_move_the_stone(scene):
     xy, window, _ = scene
     light = (0.3, -0.2)
     truth, lit = drawn(window, xy, light), replace(MODEL, light_x=light[0], light_y=light[1])
-    out = shares(window, lit.shape(), np.array([*xy, 0.0]), with_handle=False)[0]
+    out = covered(window, lit, xy)[0]
     parts = out[:, : len(PARTS)]
     painted = parts @ GREY + ICE * (1 - parts.sum(axis=1) - out[:, len(PARTS)])
     painted += GREY[SIDE] * out[:, LIT]

@@ -40,7 +40,7 @@ CHAMFERED = replace(
     foot_roundness=1.1,
 )
 """A stone that cannot be turned over: its upper edge is nearly square, and its foot a cone."""
-REVERSIBLE_STONE = replace(MODEL, **{name: middle for name, (middle, _) in REVERSIBLE.items()})
+REVERSIBLE_STONE = replace(MODEL, **{name: row[0] for name, row in REVERSIBLE.items()})
 RED_HANDLE = (95.0, -8.0, 45.0)
 
 

@@ -32,15 +32,12 @@ def test_its_equations_are_the_slope_and_bend_of_its_misfit(ties, has_handle):
     free = ShapePrior(typical=TYPICAL, ties=ties).of(look)
     matrix, pull = free.equations(look)
     step = (
-        np.random.default_rng(5).normal(0, 1, free.shared)
+        np.random.default_rng(5).normal(0, 1, free.rows.shape[1])
         * np.r_[free.spread, np.full(3 * free.parts, 5.0)]
     )
 
     def misfit(share):
-        shape, colours = look.model.shape(), look.colours.copy()
-        shape[free.index] += share * step[: len(free.index)]
-        colours[: free.parts] += share * step[len(free.index) :].reshape(-1, 3)
-        return free.misfit(replace(look, model=look.model.with_shape(shape), colours=colours))
+        return free.misfit(free.with_values(look, free.values(look) + share * step))
 
     slope, bend = (misfit(1) - misfit(-1)) / 2, misfit(1) + misfit(-1) - 2 * misfit(0)
     assert slope == pytest.approx(-2 * pull @ step, rel=1e-6)

@@ -25,7 +25,7 @@ from friction_estimation.synthetic import (
     write_film,
 )
 from friction_estimation.tracking import track_film
-from friction_estimation.tracking.detection.detector import DetectedPlace, OnIce
+from friction_estimation.tracking.detection.detector import DetectedPlace, StoneFinder
 from friction_estimation.tracks import free_slides
 
 MU = 0.02
@@ -160,22 +160,22 @@ def test_paint_that_the_stone_slides_through_is_no_stone(hit, monkeypatch):
     film, scene, truth, *_ = hit
     row = np.abs(truth[0].xy[:, 1] + 9.0).argmin()
     paint = truth[0].xy[row]
-    detect = OnIce.detect
+    detect = StoneFinder.detect
 
-    def place(on_ice):
+    def place(finder):
         return DetectedPlace(
             xy=paint,
             covariance=1e-4 * np.eye(2),
-            px=on_ice.camera.project(np.array([[*paint, 0.0]]))[0],
+            px=finder.camera.project(np.array([[*paint, 0.0]]))[0],
             score=0.9,
             person=0.0,
             in_play=True,
         )
 
-    def with_paint(on_ice, picture, boxes=None, **options):
-        return [place(on_ice), *detect(on_ice, picture, boxes, **options)]
+    def with_paint(finder, picture, boxes=None):
+        return [place(finder), *detect(finder, picture, boxes)]
 
-    monkeypatch.setattr(OnIce, "detect", with_paint)
+    monkeypatch.setattr(StoneFinder, "detect", with_paint)
     others = track_film(film, scene).others
     assert len(others) == 3
     assert all(np.linalg.norm(other.trajectory.xy[0] - paint) > 0.3 for other in others)

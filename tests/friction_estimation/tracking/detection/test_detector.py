@@ -11,7 +11,12 @@ from curling_env.sheet import PAPER_SHEET, TEE_Y
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking.detection import detector
-from friction_estimation.tracking.detection.detector import SURE, Detector, OnIce, stone_width_px
+from friction_estimation.tracking.detection.detector import (
+    SURE,
+    DetectorNetwork,
+    StoneFinder,
+    stone_width_px,
+)
 
 MODEL = StoneModel(radius=0.145, height=0.1143)
 NEAR_PX = 5.0
@@ -19,7 +24,7 @@ NEAR_PX = 5.0
 
 
 def test_drawn_stones_are_found_and_little_else(rng):
-    detector = Detector()
+    detector = DetectorNetwork()
     found = invented = total = 0
     for _ in range(110):
         patch = draw_patch(rng)
@@ -68,7 +73,7 @@ def test_near_and_far_stones_are_found_by_one_camera(end_camera):
     picture = stones_before(end_camera, places)
     widths = stone_width_px(end_camera, np.array(places), MODEL)
     assert widths.max() > 4 * widths.min()
-    detector = OnIce(Detector(), end_camera, MODEL, PAPER_SHEET)
+    detector = StoneFinder(end_camera, MODEL, PAPER_SHEET)
     found = [one for one in detector.detect(picture) if one.is_sure]
     assert len(found) == len(places)
     for place in places:
@@ -80,10 +85,10 @@ def test_near_and_far_stones_are_found_by_one_camera(end_camera):
 def test_parts_at_the_rim_of_a_picture_may_be_narrow(end_camera):
     """A few columns of large stones leave nothing once they are resampled."""
     picture = np.full((1080, 1920, 3), 215, np.uint8)
-    detector = OnIce(Detector(), end_camera, MODEL, PAPER_SHEET)
+    detector = StoneFinder(end_camera, MODEL, PAPER_SHEET)
     for x in range(0, 2300, 7):
         box = np.array([[[x, 900.0], [x + 5.0, 905.0]]])
-        assert detector.detect(picture, box, mirrored=False) == []
+        assert detector.detect(picture, box) == []
 
 
 def test_a_stone_on_the_button_needs_a_clearer_picture(end_camera, monkeypatch):
@@ -92,7 +97,7 @@ def test_a_stone_on_the_button_needs_a_clearer_picture(end_camera, monkeypatch):
     picture = stones_before(end_camera, [at_tee, beside])
 
     def scores():
-        found = OnIce(Detector(), end_camera, MODEL, PAPER_SHEET).detect(picture)
+        found = StoneFinder(end_camera, MODEL, PAPER_SHEET).detect(picture)
         nearest = (
             min(found, key=lambda one: np.linalg.norm(one.xy - place)) for place in (at_tee, beside)
         )
