@@ -8,7 +8,13 @@ __getattr__, __dir__ = lazy_names(
         "cramer_rao": ("throw_response", "uniform_bound"),
         "design": (
             *("Design", "Informative", "ThrowKind"),
-            *("covariance_after", "design_throws", "draw_speeds", "variance_removed"),
+            *(
+                "covariance_after",
+                "design_throws",
+                "draw_speeds",
+                "first_of_best",
+                "variance_removed",
+            ),
         ),
     },
 )

@@ -195,7 +195,7 @@ def design_throws(
     thrown: list[int] = []
     errors: list[float] = []
     while len(thrown) < _MAX_THROWS:
-        best = int(np.argmax([variance_removed(covariance, row, played) for row in rows]))
+        best = first_of_best([variance_removed(covariance, row, played) for row in rows])
         covariance = covariance_after(covariance, rows[best])
         thrown.append(best)
         errors.append(float(np.sqrt(np.diag(covariance)[played].mean())))
@@ -283,6 +283,14 @@ def variance_removed(
     across = covariance[np.ix_(counted, throw.touched)] @ throw.rows.T
     removed = across * np.linalg.solve(_inner(covariance, throw), across.T).T
     return float((removed if weights is None else weights[:, None] * removed).sum())
+
+
+def first_of_best(gains: Sequence[float]) -> int:
+    """Return the index of the largest gain; the first of several that differ by rounding alone.
+
+    Mirror images teach the same, and which rounds up differs from one processor to another.
+    """
+    return int(np.flatnonzero(np.array(gains) >= (1 - 1e-9) * max(gains))[0])
 
 
 def covariance_after(covariance: Floats, throw: Informative) -> Floats:

@@ -24,6 +24,7 @@ from curling_env.typing import Flags, Floats, Indices
 from friction_estimation.design.design import (
     Informative,
     covariance_after,
+    first_of_best,
     variance_removed,
 )
 from friction_estimation.discovery.data.session import Session
@@ -331,7 +332,7 @@ def next_throws(fitted: SessionFit, count: int = 3) -> list[NextThrow]:
     found: list[NextThrow] = []
     for _ in range(min(count, len(playable))):
         gains = [variance_removed(covariance, result[k], counted, weights) for k in playable]
-        best = playable[int(np.argmax(gains))]
+        best = playable[first_of_best(gains)]
         after = covariance_after(covariance, result[best])
         share = 1.0 - np.diag(after) / np.diag(covariance)
         teaches = {name: float(share[own].mean()) for name, own in targets.items()}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from curling_env.throw import read_releases
 
 
-def test_command_plans_without_tracks(curling, tmp_path):
+def test_command_plans_without_tracks(curling, tmp_path, unchanged):
     releases = tmp_path / "releases.csv"
     result = curling("design", "--resolution", 3, "--precision", 1.5, "-o", releases)
     assert result.status == 0, result.err
@@ -14,6 +14,7 @@ def test_command_plans_without_tracks(curling, tmp_path):
     assert numbers["throws"] == len(read_releases(releases))
     assert sum(kind["times"] for kind in numbers["kinds"]) == numbers["throws"]
     assert numbers["words"] in result.err
+    unchanged.document(numbers)
 
 
 def test_speeds_that_are_no_numbers_are_refused(curling):

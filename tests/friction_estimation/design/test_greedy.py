@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.design import Informative, covariance_after, variance_removed
+from friction_estimation.design import (
+    Informative,
+    covariance_after,
+    first_of_best,
+    variance_removed,
+)
 
 
 def test_a_measurement_updates_a_covariance_as_information_adds():
@@ -23,3 +28,8 @@ def test_a_measurement_updates_a_covariance_as_information_adds():
     assert variance_removed(covariance, throw, np.arange(6)) == pytest.approx(fall.sum())
     weighted = variance_removed(covariance, throw, counted, weights)
     assert weighted == pytest.approx(float(weights @ fall[counted]))
+
+
+def test_of_gains_that_differ_by_rounding_the_first_is_best():
+    assert first_of_best([1.0, 3.0, 3.0 * (1 + 1e-12), 2.0]) == 1
+    assert first_of_best([1.0, 3.0, 3.0 * (1 + 1e-6), 2.0]) == 2
