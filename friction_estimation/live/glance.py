@@ -19,7 +19,7 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.tracking.detection.detector import DetectedPlace, StoneFinder
-from friction_estimation.tracking.numbers import DECELERATION
+from friction_estimation.tracking.tuning import DECELERATION
 from friction_estimation.tracks.throw_table import ThrowMeasures, measure_throw
 
 INTERVAL = 0.09

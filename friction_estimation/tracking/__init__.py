@@ -23,7 +23,7 @@ __getattr__, __dir__ = lazy_names(
     {
         "detection.single_image": ("find_stones_in_image",),
         "films.motion_detector": ("MotionDetector",),
-        "numbers": ("COMPARED_AFTER",),
+        "tuning": ("COMPARED_AFTER",),
         "films.resume": ("Checkpoints",),
         "films.shared_cameras": ("SharedCameras", "camera_from"),
         "overlay.numbers": ("RunningNumbers",),

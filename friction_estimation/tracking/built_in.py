@@ -15,7 +15,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.association.finding import find_stones
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
@@ -144,7 +144,7 @@ def _shows_stone(look: Appearance, crops: Sequence[Crop], grain: float) -> bool:
     unexplained = min(
         unexplained_share(crops, look, grain), unexplained_by_look(crops, look, grain)
     )
-    return unexplained <= numbers.MAX_UNEXPLAINED
+    return unexplained <= tuning.MAX_UNEXPLAINED
 
 
 def _no_stone(look: object | None, path: Path) -> InputError:

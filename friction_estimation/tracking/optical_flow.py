@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.typing import Floats, Image
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 
 FlowMethod = Literal["plain", "pyramidal"]
 """Optical flow at one scale, or from coarse to fine."""
@@ -58,7 +58,7 @@ def lucas_kanade(
     there, found, _ = cv2.calcOpticalFlowPyrLK(before, after, start, None, **settings)
     back, returned, _ = cv2.calcOpticalFlowPyrLK(after, before, there, None, **settings)
     apart = np.linalg.norm((back - start).reshape(-1, 2), axis=1)
-    good = (found.ravel() == 1) & (returned.ravel() == 1) & (apart < numbers.DETECTION_PX)
+    good = (found.ravel() == 1) & (returned.ravel() == 1) & (apart < tuning.DETECTION_PX)
     return there.reshape(-1, 2).astype(np.float64), good
 
 

@@ -16,7 +16,7 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.appearance.tuning import MIN_HANDLE_CONTRAST
 from friction_estimation.film.channels import blue_and_red, channels_of_colour, green_beside
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 
 
 @dataclass(eq=False)
@@ -56,7 +56,7 @@ class StoneNumbers:
     def _lay(self, xy: Floats) -> int | None:
         """Return the stone at a resting place [m]."""
         apart = {n: float(np.linalg.norm(xy - place)) for n, place in self.lying.items()}
-        near = [n for n, distance in apart.items() if distance < numbers.SAME_PLACE]
+        near = [n for n, distance in apart.items() if distance < tuning.SAME_PLACE]
         return min(near, key=apart.__getitem__, default=None)
 
     def _again(self, handle: str | None, lying: set[int]) -> int | None:
@@ -85,7 +85,7 @@ def same_handle(one: str | None, other: str | None) -> bool:
     size = np.linalg.norm(first), np.linalg.norm(second)
     if min(size) < MIN_HANDLE_CONTRAST:
         return True
-    return bool(first @ second > np.cos(numbers.SAME_HUE) * size[0] * size[1])
+    return bool(first @ second > np.cos(tuning.SAME_HUE) * size[0] * size[1])
 
 
 def clearer(one: str | None, other: str | None) -> str | None:

@@ -28,7 +28,7 @@ from friction_estimation.camera.scene import load_scene
 from friction_estimation.live import Feed, LiveFrame, TrackedClip, follow_stream, open_feed
 from friction_estimation.live.tuning import QUIET_SECONDS
 from friction_estimation.synthetic import FilmSpec, render_films
-from friction_estimation.tracking.numbers import COMPARED_AFTER
+from friction_estimation.tracking.tuning import COMPARED_AFTER
 
 SPEC = FilmSpec(
     camera="end",

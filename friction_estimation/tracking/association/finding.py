@@ -12,7 +12,7 @@ from curling_env.typing import Floats
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.association.coarse import coarse_path
 from friction_estimation.tracking.association.linking import RestingPlace, link, vacated_near
 from friction_estimation.tracking.association.paths import RESTING, Path, most_likely_paths
@@ -84,7 +84,7 @@ def _stones_of(
         known = set(seen.times.tolist())
         denser = seen
         for low, high in _spans([place.until for place in left]):
-            dense = film.between(low, high, numbers.DENSE_STEP)
+            dense = film.between(low, high, tuning.DENSE_STEP)
             denser = denser.joined(detector.detect(one for one in dense if one[0] not in known))
         all_paths = most_likely_paths(denser, detector.sheet.width * detector.sheet.length)
         again = found_again(
@@ -148,7 +148,7 @@ def _apart(t: Floats, xy: Floats, other_t: Floats, other_xy: Floats) -> float:
 
 def _arrived(paths: Sequence[Path], seen: Detections) -> list[Floats]:
     """Return final resting places (2,) of stones that moved [m]."""
-    end = seen.times[-numbers.END_FRAMES :][0]
+    end = seen.times[-tuning.END_FRAMES :][0]
     found: list[Floats] = []
     for path in paths:
         rests = path.mode == RESTING
@@ -180,7 +180,7 @@ def thrown_paths(paths: Sequence[Path], seen: Detections, touching: float) -> li
         again = np.flatnonzero(rests[:-1] & ~rests[1:])
         end = begin + int(again[0]) + 1 if len(again) else len(path.at)
         way = seen.xy[path.at[end - 1]] - seen.xy[path.at[begin]]
-        if np.hypot(*way) > numbers.SAME_PLACE:
+        if np.hypot(*way) > tuning.SAME_PLACE:
             found.append(path.part(begin, end))
     return found
 
@@ -196,8 +196,8 @@ def _spans(moments: Sequence[float]) -> list[tuple[float, float]]:
     """Return spans of time around moments [s], joined if they overlap."""
     spans: list[tuple[float, float]] = []
     for moment in sorted(moments):
-        low = max(moment - numbers.DENSE_BEFORE, 0.0)
-        high = moment + numbers.DENSE_AFTER
+        low = max(moment - tuning.DENSE_BEFORE, 0.0)
+        high = moment + tuning.DENSE_AFTER
         if spans and low <= spans[-1][1]:
             spans[-1] = spans[-1][0], high
         else:
@@ -209,20 +209,20 @@ def _places(
     at_rest: Sequence[Floats], paths: Sequence[Path], seen: Detections
 ) -> list[RestingPlace]:
     """Return the initial resting places of stones: on still ice, or at the beginning of a path."""
-    near = [np.hypot(*(seen.xy - xy).T) < numbers.SAME_PLACE for xy in at_rest]
+    near = [np.hypot(*(seen.xy - xy).T) < tuning.SAME_PLACE for xy in at_rest]
     rests = [np.flatnonzero(one & seen.still) for one in near]
     for path in paths:
         moves = np.flatnonzero(path.mode != RESTING)
         at = path.at[: moves[0]] if len(moves) else path.at
         if len(at) > 1 and not seen.still[at].any():
             rests.append(at)
-    begin, end = seen.times[: numbers.END_FRAMES][-1], seen.times[-numbers.END_FRAMES :][0]
+    begin, end = seen.times[: tuning.END_FRAMES][-1], seen.times[-tuning.END_FRAMES :][0]
     places: list[RestingPlace] = []
     for at in sorted(rests, key=lambda at: seen.t[at].min(initial=np.inf)):
         if not len(at):
             continue
         xy = np.median(seen.xy[at], axis=0)
-        same = [k for k, one in enumerate(places) if np.hypot(*(one.xy - xy)) < numbers.SAME_PLACE]
+        same = [k for k, one in enumerate(places) if np.hypot(*(one.xy - xy)) < tuning.SAME_PLACE]
         if same:
             at = np.union1d(places[same[0]].at, at)
         elif seen.t[at[0]] > begin:  # it came to rest there

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from curling_env.typing import Floats, Integers
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.association.motion import Motion
 from friction_estimation.tracking.association.paths import RESTING, SLIDING, Path
 from friction_estimation.tracking.detection.detections import Detections
@@ -83,10 +83,10 @@ def vacated_near(
     touching : distance of the centres of two stones that touch [m]
     """
     t, xy = seen.t[path.at], seen.xy[path.at]
-    reach = 3 * (touching + 2 * numbers.SAME_PLACE)
+    reach = 3 * (touching + 2 * tuning.SAME_PLACE)
     left: list[RestingPlace] = []
     for place in places:
-        around = np.abs(t - place.until) < 2 * numbers.CONTACT_WITHIN
+        around = np.abs(t - place.until) < 2 * tuning.CONTACT_WITHIN
         near = np.hypot(*(xy[around] - place.xy).T).min(initial=np.inf) < reach
         if near and t[0] < place.until < np.inf:
             left.append(place)
@@ -118,9 +118,9 @@ def link(
     if len(kept) < 2:
         return [first]
     movers = [Mover(at=kept.tolist(), mode=thrown.mode[: len(kept)].tolist())]
-    last = kept[-numbers.LINK_FITS :]
+    last = kept[-tuning.LINK_FITS :]
     place, velocity = np.polynomial.polynomial.polyfit(seen.t[last] - begin, seen.xy[last], 1)
-    movers[0].motion.put(begin, place, velocity, numbers.DETECTION_M, 0.1)
+    movers[0].motion.put(begin, place, velocity, tuning.DETECTION_M, 0.1)
     for moment in seen.times[seen.times > begin]:
         while events and events[0].until < moment:
             _hit(movers, events.pop(0), touching)
@@ -132,7 +132,7 @@ def link(
         there, variance = seen.xy[here], seen.sigma[here] ** 2
         cost = np.array([one.cost(there, variance) for one in movers])
         misses = np.array([one.misses(there, variance) for one in movers])
-        cost = np.where(misses < numbers.LINK_GATE, cost - 2 * seen.score[here], _FAR)
+        cost = np.where(misses < tuning.LINK_GATE, cost - 2 * seen.score[here], _FAR)
         for row, column in zip(*linear_sum_assignment(cost), strict=True):
             if cost[row, column] < _FAR:
                 movers[row].add(int(here[column]), seen)
@@ -145,10 +145,10 @@ _FAR = 1e6
 
 def _hit(movers: list[Mover], place: RestingPlace, touching: float) -> None:
     """Apply a contact of the nearest moving stone with a resting one, if it is near enough."""
-    rested, when = place.xy, place.until + numbers.DENSE_STEP / 2
+    rested, when = place.xy, place.until + tuning.DENSE_STEP / 2
     striker = min(movers, key=lambda one: float(np.hypot(*(one.motion.place - rested))))
     way = rested - striker.motion.place
-    if np.hypot(*way) > touching + 2 * numbers.SAME_PLACE:
+    if np.hypot(*way) > touching + 2 * tuning.SAME_PLACE:
         return
     velocity = striker.motion.velocity
     speed = float(np.hypot(*velocity))
@@ -159,11 +159,11 @@ def _hit(movers: list[Mover], place: RestingPlace, touching: float) -> None:
     room = touching**2 - float(aside @ aside)
     at = striker.motion.place + (ahead - np.sqrt(max(room, 0.0))) * along
     normal = (rested - at) / max(float(np.hypot(*(rested - at))), 1e-9)
-    given = numbers.COLLISION_TRANSFER * max(float(velocity @ normal), 0.0) * normal
-    sigma = numbers.COLLISION_SIGMA * speed
+    given = tuning.COLLISION_TRANSFER * max(float(velocity @ normal), 0.0) * normal
+    sigma = tuning.COLLISION_SIGMA * speed
     last = place.at[-3:].tolist()
     struck = Mover(at=last, mode=[RESTING] * len(last), contacts=[when], rested=place)
     for one, there, new in ((striker, at, velocity - given), (struck, rested, given)):
-        one.motion.put(when, there, new, numbers.DETECTION_M, sigma)
+        one.motion.put(when, there, new, tuning.DETECTION_M, sigma)
     striker.contacts.append(when)
     movers.append(struck)

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from curling_env.physics.compiled import compiled
 from curling_env.typing import Floats
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 
 REST_SIGMA = 0.01
 """Standard deviation of the velocity in the first frame in which a stone rests [m/s]."""
@@ -38,10 +38,10 @@ def acceleration_of(way: Floats, held: ArrayLike) -> tuple[Floats, Floats, Float
     its mean and standard deviation (..., 2) [m/s²], and its memory (...), see `predict`
     """
     hand = np.asarray(held)[..., None]
-    slides = np.hypot(numbers.DECELERATION_SIGMA * way, numbers.CURL_SIGMA * way[..., ::-1])
-    sigma = np.where(hand, numbers.CARRIED_ACCELERATION, np.maximum(slides, numbers.CURL_SIGMA))
-    mean = np.where(hand, 0.0, -numbers.DECELERATION * way)
-    return mean, sigma, np.where(held, HELD_MEMORY, numbers.DECELERATION_MEMORY)
+    slides = np.hypot(tuning.DECELERATION_SIGMA * way, tuning.CURL_SIGMA * way[..., ::-1])
+    sigma = np.where(hand, tuning.CARRIED_ACCELERATION, np.maximum(slides, tuning.CURL_SIGMA))
+    mean = np.where(hand, 0.0, -tuning.DECELERATION * way)
+    return mean, sigma, np.where(held, HELD_MEMORY, tuning.DECELERATION_MEMORY)
 
 
 @dataclass(eq=False)
@@ -83,18 +83,18 @@ class Motion:
         """
         self.t = t
         self.state[:] = np.column_stack([place, velocity, np.zeros(2)])
-        self.p[:] = np.diag(np.square([*sigma, numbers.DECELERATION_SIGMA]))
+        self.p[:] = np.diag(np.square([*sigma, tuning.DECELERATION_SIGMA]))
 
     def move_to(self, t: float, *, held: bool = False) -> None:
         """Predict the state at a later time [s]; a stone that is not held may stop before."""
         dt, speed = t - self.t, float(np.hypot(*self.state[:, 1]))
         self.t = t
-        if not held and speed < numbers.DECELERATION * dt:
-            self.state[:, 0] += 0.5 * self.state[:, 1] * speed / numbers.DECELERATION
+        if not held and speed < tuning.DECELERATION * dt:
+            self.state[:, 0] += 0.5 * self.state[:, 1] * speed / tuning.DECELERATION
             self.state[:, 1:] = 0.0
-            self.p[:, 0, 0] += (numbers.REST_SPEED_SIGMA * dt) ** 2
+            self.p[:, 0, 0] += (tuning.REST_SPEED_SIGMA * dt) ** 2
             return
-        way = self.state[:, 1] / max(speed, numbers.LEAST_SPEED)
+        way = self.state[:, 1] / max(speed, tuning.LEAST_SPEED)
         mean, sigma, memory = acceleration_of(way, held)
         state, p = self.state.copy(), self.p.copy()
         for k in range(2):

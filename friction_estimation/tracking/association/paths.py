@@ -15,7 +15,7 @@ import numpy as np
 
 from curling_env.physics.compiled import compiled
 from curling_env.typing import Floats, Integers
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.detections import Detections
 
 CARRIED, SLIDING, RESTING = 0, 1, 2
@@ -65,7 +65,7 @@ class Path:
 
 
 def most_likely_paths(seen: Detections, area: float, among: Integers | None = None) -> list[Path]:
-    """Return all paths whose log odds are above `numbers.SURE`, the most likely first.
+    """Return all paths whose log odds are above `tuning.SURE`, the most likely first.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def _disjoint_paths(seen: Detections, left: Integers, clutter: float) -> list[Pa
         np.zeros(len(first), dtype=np.bool_), _first_seen(t, xy),
     )  # fmt: skip
     flat = value.ravel()
-    ends = np.flatnonzero(flat > numbers.SURE)
+    ends = np.flatnonzero(flat > tuning.SURE)
     busy = np.zeros(len(seen.times), dtype=bool)
     found: list[Path] = []
     for end in ends[np.argsort(-flat[ends], kind="stable")].tolist():
@@ -114,9 +114,9 @@ def _disjoint_paths(seen: Detections, left: Integers, clutter: float) -> list[Pa
             continue
         nodes, modes, gained = _traced(end, first, second, came, value)
         low, high = frame[nodes[[0, -1]]].tolist()
-        if not busy[max(low - numbers.LONGEST_GAP_FRAMES, 0) : high + 1].any():
+        if not busy[max(low - tuning.LONGEST_GAP_FRAMES, 0) : high + 1].any():
             found.append(Path(at=left[nodes], mode=modes, gained=gained))
-        busy[low : high + numbers.LONGEST_GAP_FRAMES + 1] = True
+        busy[low : high + tuning.LONGEST_GAP_FRAMES + 1] = True
     return found
 
 
@@ -139,13 +139,13 @@ def _traced(
     # Standing people rest too: rest shows the continuation of a path, not that it is a stone's.
     steps = np.diff(gained[::-1], prepend=0.0)
     mode_of = np.array(modes[::-1])
-    most = np.where(mode_of == RESTING, numbers.STILL_THERE, np.inf)
+    most = np.where(mode_of == RESTING, tuning.STILL_THERE, np.inf)
     return np.array(nodes[::-1]), mode_of, np.cumsum(np.minimum(steps, most))
 
 
 def _first_seen(t: Floats, xy: Floats) -> Floats:
     """Times of the first detections at each detection's place, (n,) [s]."""
-    near = (np.hypot(*(xy[: k + 1] - xy[k]).T) < numbers.SAME_PLACE for k in range(len(t)))
+    near = (np.hypot(*(xy[: k + 1] - xy[k]).T) < tuning.SAME_PLACE for k in range(len(t)))
     return np.array([t[np.argmax(one)] for one in near])
 
 
@@ -156,13 +156,13 @@ def _pairs(frame: Integers, t: Floats, xy: Floats, variance: Floats) -> tuple[In
     firsts: list[Integers] = []
     seconds: list[Integers] = []
     for k in range(len(t)):
-        low = int(np.searchsorted(t, t[k] - numbers.LONGEST_GAP))
-        low = max(low, int(np.searchsorted(frame, frame[k] - numbers.LONGEST_GAP_FRAMES)))
+        low = int(np.searchsorted(t, t[k] - tuning.LONGEST_GAP))
+        low = max(low, int(np.searchsorted(frame, frame[k] - tuning.LONGEST_GAP_FRAMES)))
         earlier = np.arange(low, k)
         earlier = earlier[frame[earlier] < frame[k]]
         way = np.hypot(*(xy[k] - xy[earlier]).T)
         margin = 3 * np.sqrt((variance[earlier] + variance[k]).sum(axis=1))
-        near = earlier[way < numbers.FASTEST * (t[k] - t[earlier]) + margin]
+        near = earlier[way < tuning.FASTEST * (t[k] - t[earlier]) + margin]
         firsts.append(near)
         seconds.append(np.full(len(near), k))
     if not firsts:
@@ -174,7 +174,7 @@ def _pairs(frame: Integers, t: Floats, xy: Floats, variance: Floats) -> tuple[In
 def _gauss(dx, dy, vx, vy):
     """Log density of a Student distribution of two coordinates."""
     chi2 = dx * dx / vx + dy * dy / vy
-    nu = numbers.STUDENT_FREEDOM
+    nu = tuning.STUDENT_FREEDOM
     return -math.log(2 * math.pi) - 0.5 * math.log(vx * vy) - 0.5 * (nu + 2) * math.log1p(chi2 / nu)
 
 
@@ -182,7 +182,7 @@ def _gauss(dx, dy, vx, vy):
 def _misses(dx, dy, vx, vy):
     """Log likelihood of a residual relative to one of two standard errors; 0 below that."""
     chi2 = dx * dx / vx + dy * dy / vy
-    nu = numbers.STUDENT_FREEDOM
+    nu = tuning.STUDENT_FREEDOM
     return min(-0.5 * (nu + 2) * (math.log1p(chi2 / nu) - math.log1p(4 / nu)), 0.0)
 
 
@@ -213,25 +213,25 @@ def _score_pairs(
         dt = t[k] - t[j]
         x, y = xy[k, 0] - xy[j, 0], xy[k, 1] - xy[j, 1]
         sx, sy = variance[j, 0] + variance[k, 0], variance[j, 1] + variance[k, 1]
-        missed = max(numbers.MISSED * (frame[k] - frame[j] - 1), numbers.HIDDEN)
-        begin = numbers.BIRTH + score[j] + score[k] + missed - clutter
-        spread = (0.5 * numbers.FASTEST * dt) ** 2
+        missed = max(tuning.MISSED * (frame[k] - frame[j] - 1), tuning.HIDDEN)
+        begin = tuning.BIRTH + score[j] + score[k] + missed - clutter
+        spread = (0.5 * tuning.FASTEST * dt) ** 2
         free = _gauss(x, y, sx + spread, sy + spread)
         way = math.sqrt(x * x + y * y)
-        moves = way > numbers.LEAST_SPEED * dt and not still[k]
-        left = moves and x * x / sx + y * y / sy > numbers.GATE**2
+        moves = way > tuning.LEAST_SPEED * dt and not still[k]
+        left = moves and x * x / sx + y * y / sy > tuning.GATE**2
         begins = left and not still[j]
         value[e, CARRIED] = begin + free if begins else -np.inf
         value[e, SLIDING] = begin + free + _aim(x / dt, y / dt) if begins else -np.inf
         value[e, RESTING] = begin + _gauss(x, y, sx, sy)
-        if frame[j] < numbers.END_FRAMES:
-            value[e, RESTING] += numbers.LIES - numbers.BIRTH
+        if frame[j] < tuning.END_FRAMES:
+            value[e, RESTING] += tuning.LIES - tuning.BIRTH
         for a in range(2):
             rests[e, a] = (xy[j, a] + xy[k, a]) / 2
             rests[e, 2 + a] = (variance[j, a] + variance[k, a]) / 4
         for m in range(_MODES):
             came[e, m] = -1
-        deceleration[e, 0], deceleration[e, 1] = numbers.DECELERATION, numbers.ICE_SIGMA**2
+        deceleration[e, 0], deceleration[e, 1] = tuning.DECELERATION, tuning.ICE_SIGMA**2
         for d in range(into[j], into[j + 1]):
             i = first[d]
             before = t[j] - t[i]
@@ -244,21 +244,21 @@ def _score_pairs(
             lever = 0.5 * (before * dt + dt * dt)
             gain = missed + score[k] - clutter
             # carried on, or let go
-            held = (numbers.CARRIED_ACCELERATION * lever) ** 2
+            held = (tuning.CARRIED_ACCELERATION * lever) ** 2
             moved = gain + _gauss(x - vx * dt, y - vy * dt, ex + held, ey + held)
             if not moves:
                 moved = -np.inf
             v = value[d, CARRIED] + _STAYS + moved
             if v > value[e, CARRIED]:
                 value[e, CARRIED], came[e, CARRIED] = v, d * _MODES + CARRIED
-            v = value[d, CARRIED] + numbers.RELEASED + moved + _aim(x / dt, y / dt)
+            v = value[d, CARRIED] + tuning.RELEASED + moved + _aim(x / dt, y / dt)
             if v > value[e, SLIDING]:
                 value[e, SLIDING], came[e, SLIDING] = v, d * _MODES + CARRIED
-                deceleration[e, 0], deceleration[e, 1] = numbers.DECELERATION, numbers.ICE_SIGMA**2
+                deceleration[e, 0], deceleration[e, 1] = tuning.DECELERATION, tuning.ICE_SIGMA**2
             # slides on
             lost = min(deceleration[d, 0] * lever, 0.9 * speed * dt)
             dx, dy = x - vx * dt + ux * lost, y - vy * dt + uy * lost
-            along, aside = math.sqrt(deceleration[d, 1]) * lever, numbers.CURL_SIGMA * lever
+            along, aside = math.sqrt(deceleration[d, 1]) * lever, tuning.CURL_SIGMA * lever
             qx, qy = (along * ux) ** 2 + (aside * uy) ** 2, (along * uy) ** 2 + (aside * ux) ** 2
             v = value[d, SLIDING] + _STAYS + gain + _gauss(dx, dy, ex + qx, ey + qy)
             if v > value[e, SLIDING] and moves:
@@ -266,37 +266,37 @@ def _score_pairs(
                 share = deceleration[d, 1] * lever
                 share /= along * along + (ex * ux * ux + ey * uy * uy)
                 deceleration[e, 0] = deceleration[d, 0] - share * (dx * ux + dy * uy)
-                fades = 1 - math.exp(-2 * dt / numbers.DECELERATION_MEMORY)
+                fades = 1 - math.exp(-2 * dt / tuning.DECELERATION_MEMORY)
                 deceleration[e, 1] = deceleration[d, 1] * (1 - share * lever)
-                deceleration[e, 1] += fades * (numbers.ICE_SIGMA**2 - deceleration[e, 1])
+                deceleration[e, 1] += fades * (tuning.ICE_SIGMA**2 - deceleration[e, 1])
             # is hit or hits, from rest or sliding
-            jump = (numbers.JUMP_SIGMA * dt) ** 2
-            hit = numbers.HIT + gain + _gauss(dx, dy, ex + jump, ey + jump)
+            jump = (tuning.JUMP_SIGMA * dt) ** 2
+            hit = tuning.HIT + gain + _gauss(dx, dy, ex + jump, ey + jump)
             ax, ay = xy[k, 0] - rests[d, 0], xy[k, 1] - rests[d, 1]
             avx, avy = rests[d, 2] + variance[k, 0], rests[d, 3] + variance[k, 1]
-            gone = moves and ax * ax / avx + ay * ay / avy > numbers.GATE**2
+            gone = moves and ax * ax / avx + ay * ay / avy > tuning.GATE**2
             for m in (SLIDING, RESTING):
                 v = value[d, m] + hit
                 free = left if m == SLIDING else gone and (leaves[j] or not still[j])
                 if v > value[e, SLIDING] and free:
                     value[e, SLIDING], came[e, SLIDING] = v, d * _MODES + m
-                    deceleration[e, 0] = numbers.DECELERATION
-                    deceleration[e, 1] = numbers.ICE_SIGMA**2
+                    deceleration[e, 0] = tuning.DECELERATION
+                    deceleration[e, 1] = tuning.ICE_SIGMA**2
             # stops between j and k
-            rest = 0.5 * min(speed * dt, speed * speed / (2 * numbers.DECELERATION))
+            rest = 0.5 * min(speed * dt, speed * speed / (2 * tuning.DECELERATION))
             stop = _gauss(
                 x - ux * rest, y - uy * rest, ex + (rest * ux) ** 2, ey + (rest * uy) ** 2
             )
-            v = value[d, SLIDING] + numbers.STOPS + gain + stop
+            v = value[d, SLIDING] + tuning.STOPS + gain + stop
             if v > value[e, RESTING]:
                 value[e, RESTING], came[e, RESTING] = v, d * _MODES + SLIDING
-                slid[e] = taken[k] > t[j] - 2 * numbers.SAME_PLACE / speed
+                slid[e] = taken[k] > t[j] - 2 * tuning.SAME_PLACE / speed
                 for a in range(2):
                     rests[e, a], rests[e, 2 + a] = xy[k, a], variance[k, a]
             # an unchanged picture of a resting object is hardly new evidence
             again = gain + _gauss(ax, ay, avx, avy)
             if not slid[d] or still[k]:
-                known = numbers.STILL_THERE + _misses(ax, ay, avx, avy)
+                known = tuning.STILL_THERE + _misses(ax, ay, avx, avy)
                 again = min(again - score[k], missed + known)
             v = value[d, RESTING] + again
             if v > value[e, RESTING]:

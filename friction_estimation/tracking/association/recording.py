@@ -15,7 +15,7 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.association.paths import (
     RESTING,
     SLIDING,
@@ -93,7 +93,7 @@ def find_throws(
     seen: Detections | None = None
     detector: Detector | None = None
     for frames in _windows(film, MotionDetector.for_camera(camera, scene), parts, progress):
-        some = frames[:: max(1, -(-len(frames) // numbers.BACKGROUND_FRAMES))]
+        some = frames[:: max(1, -(-len(frames) // tuning.BACKGROUND_FRAMES))]
         background = find_background([frame for _, frame in some], region)
         detector = Detector(
             background,
@@ -101,7 +101,7 @@ def find_throws(
             model,
             scene.sheet,
             finder,
-            every=numbers.ASKED_EVERY,
+            every=tuning.ASKED_EVERY,
             before=detector,
         )
         some_seen = detector.detect(frames)
@@ -116,7 +116,7 @@ def find_throws(
         before = max((k.last for k in moves if k.last < one.first), default=0.0)
         after = min((k.first for k in moves if k.first > one.last), default=film.duration)
         begin = min(max(one.begin, free, before), one.first)
-        end = min(one.end, film.duration, max(after - numbers.APART, one.last))
+        end = min(one.end, film.duration, max(after - tuning.APART, one.last))
         found.append(replace(one, begin=begin, end=end))
         free = end
     return found
@@ -134,7 +134,7 @@ def _windows(
     moves = False
     for look in looks(film):
         progress(label, min(round(look.t * film.fps), count), count)
-        if frames and look.t > frames[0][0] + numbers.WINDOW:
+        if frames and look.t > frames[0][0] + tuning.WINDOW:
             if moves:
                 yield frames
             frames, moves = [], False
@@ -168,7 +168,7 @@ def throws_among(
     chosen: list[ThrowInFilm] = []
     for one in sorted(slides, key=lambda one: -one.odds):
         # No stone appears or vanishes in the middle; and no two are thrown at once.
-        if one.odds < numbers.SURE:
+        if one.odds < tuning.SURE:
             break
         if all(one.first > k.last or one.last < k.first for k in chosen):
             chosen.append(one)
@@ -220,15 +220,15 @@ def _throw(part: Path, seen: Detections, camera: Camera) -> ThrowInFilm:
     if not len(later):
         missing |= (seen.times > t[-1]) & (seen.times < end)
     return ThrowInFilm(
-        begin=max(float(begin), float(t[0]) - numbers.HELD, 0.0),
-        end=float(end) + numbers.AFTER_THROW,
+        begin=max(float(begin), float(t[0]) - tuning.HELD, 0.0),
+        end=float(end) + tuning.AFTER_THROW,
         first=float(t[0]),
         last=float(t[-1]),
         start=seen.xy[part.at[0]],
         stop=xy[-1],
         rests=bool(len(later)),
         from_rest=_starts_from_rest(part, seen),
-        odds=part.odds + numbers.MISSED * float(missing.sum()),
+        odds=part.odds + tuning.MISSED * float(missing.sum()),
     )
 
 
@@ -237,14 +237,14 @@ def _starts_from_rest(part: Path, seen: Detections) -> bool:
     at = part.at
     t, xy = seen.t[at], seen.xy[at]
     way = (xy[-1] - xy[0]) / max(float(np.hypot(*(xy[-1] - xy[0]))), 1e-9)
-    lay = (seen.t < t[0]) & (seen.t > t[0] - numbers.RESTED)
-    lay &= np.hypot(*(seen.xy - xy[0]).T) < numbers.RETURNS_FROM
-    lay &= (xy[0] - seen.xy) @ way > -2 * numbers.DETECTION_M
+    lay = (seen.t < t[0]) & (seen.t > t[0] - tuning.RESTED)
+    lay &= np.hypot(*(seen.xy - xy[0]).T) < tuning.RETURNS_FROM
+    lay &= (xy[0] - seen.xy) @ way > -2 * tuning.DETECTION_M
     last = np.flatnonzero(lay)[-1:]
     if not len(last):
         return False
     first = np.append(last, at[:1])
-    return _mean_speed(seen.t[first], seen.xy[first]) < numbers.FROM_REST * _mean_speed(t, xy)
+    return _mean_speed(seen.t[first], seen.xy[first]) < tuning.FROM_REST * _mean_speed(t, xy)
 
 
 def _mean_speed(t: Floats, xy: Floats) -> float:
@@ -260,17 +260,17 @@ def _in_view(camera: Camera, t: Floats, xy: Floats, sense: float) -> float:
     t, xy : (n,) times [s] and (n, 2) places [m] while it slides
     sense : -1 before the first one, 1 after the last one
     """
-    own = slice(None, numbers.LINK_FITS) if sense < 0 else slice(-numbers.LINK_FITS, None)
+    own = slice(None, tuning.LINK_FITS) if sense < 0 else slice(-tuning.LINK_FITS, None)
     if len(t[own]) < 2:
         return 0.0
     end = 0 if sense < 0 else -1
     velocity = np.polynomial.polynomial.polyfit(t[own] - t[own].mean(), xy[own], 1)[1]
     speed = max(float(np.hypot(*velocity)), 1e-6)
     along = velocity / speed
-    speed = max(speed - numbers.DECELERATION * (t[end] - t[own].mean()), 0.0)  # at that end
-    longest = speed / numbers.DECELERATION if sense > 0 else numbers.LONGEST_SLIDE
+    speed = max(speed - tuning.DECELERATION * (t[end] - t[own].mean()), 0.0)  # at that end
+    longest = speed / tuning.DECELERATION if sense > 0 else tuning.LONGEST_SLIDE
     later = np.arange(0.0, longest, _STEP)
-    way = sense * speed * later - 0.5 * numbers.DECELERATION * later**2
+    way = sense * speed * later - 0.5 * tuning.DECELERATION * later**2
     places = xy[end] + way[:, None] * along
     there = camera.sees(np.column_stack([places, np.zeros(len(later))]))
     there &= np.abs(places[:, 1]) < HACK_Y
@@ -291,9 +291,9 @@ def without_returns(
     before: ThrowInFilm | None = None
     for one in throws:
         if before is not None:
-            near = np.hypot(*(one.start - before.stop)) < numbers.RETURNS_FROM
+            near = np.hypot(*(one.start - before.stop)) < tuning.RETURNS_FROM
             back = (one.stop - one.start)[1] * (before.stop - before.start)[1] < 0
-            hit = one.first < before.last + numbers.CONTACT_WITHIN
+            hit = one.first < before.last + tuning.CONTACT_WITHIN
             if near and (hit or (back and one.from_rest)):
                 if not hit:
                     slid_back(one.first, one.last)
@@ -316,9 +316,9 @@ def slides_of(path: Path, seen: Detections) -> list[Path]:
     if len(t) < 3:
         return [path]
     speed = np.hypot(*np.diff(xy, axis=0).T) / np.diff(t)
-    gains = np.append(speed[1:] - speed[:-1], 0.0) > numbers.PUSHED
-    jumps = np.diff(path.gained) < numbers.HIT / 2
-    slow = np.hypot(*(xy[2:] - xy[:-2]).T) < numbers.STANDING * (t[2:] - t[:-2])
+    gains = np.append(speed[1:] - speed[:-1], 0.0) > tuning.PUSHED
+    jumps = np.diff(path.gained) < tuning.HIT / 2
+    slow = np.hypot(*(xy[2:] - xy[:-2]).T) < tuning.STANDING * (t[2:] - t[:-2])
     rests = (path.mode == RESTING) | np.append(slow, [False, False])
     again = ~rests[1:] & rests[:-1]
     again[_turns(xy)] = True
@@ -336,7 +336,7 @@ def _turns(xy: Floats) -> list[int]:
         along = way / max(float(np.hypot(*way)), 1e-9)
         if farthest == start or (xy[k] - xy[farthest]) @ along > 0:
             farthest = k
-        elif (xy[farthest] - xy[k]) @ along > numbers.SAME_PLACE:
+        elif (xy[farthest] - xy[k]) @ along > tuning.SAME_PLACE:
             turns.append(farthest)
             start, farthest = farthest, k
     return turns
@@ -357,10 +357,10 @@ def is_throw(path: Path, seen: Detections, ice: float | None = None) -> bool:
     ice : deceleration of stones on this ice, where it is known [m/s²]
     """
     slides = path.at[path.mode == SLIDING]
-    if len(slides) < numbers.MIN_FITS or path.odds < numbers.SURE:
+    if len(slides) < tuning.MIN_FITS or path.odds < tuning.SURE:
         return False
     t, xy = seen.t[slides], seen.xy[slides]
-    if np.hypot(*(xy[-1] - xy[0])) < numbers.LEAST_THROW:
+    if np.hypot(*(xy[-1] - xy[0])) < tuning.LEAST_THROW:
         return False
     if path.mode[-1] == RESTING and is_before_its_hog_line(xy):
         return False
@@ -388,24 +388,24 @@ def slides_as_stone(t: Floats, xy: Floats, sigma: Floats, ice: float | None = No
     ice : deceleration of stones on this ice, where it is known [m/s²]
     """
     rate, error = deceleration(t, xy, sigma)
-    off = (_mean_speed(t, xy) - numbers.WALKING_SPEED) / numbers.WALKING_SPEED_SIGMA
+    off = (_mean_speed(t, xy) - tuning.WALKING_SPEED) / tuning.WALKING_SPEED_SIGMA
 
     def near(mean: float, spread: float) -> float:
         spread = float(np.hypot(spread, error))
         return np.exp(-0.5 * ((rate - mean) / spread) ** 2) / spread / np.sqrt(2 * np.pi)
 
-    least, most = numbers.ICE
+    least, most = tuning.ICE
     if ice is not None:
-        usual = near(ice, ice * numbers.DECELERATION_SIGMA / numbers.DECELERATION)
+        usual = near(ice, ice * tuning.DECELERATION_SIGMA / tuning.DECELERATION)
     elif least - 2 * error < rate < most + 2 * error:
         usual = 1 / np.clip(rate, least, most) / np.log(most / least)
     else:
         usual = 0.0
-    as_stone = (1 - numbers.UNUSUAL) * usual + numbers.UNUSUAL / numbers.HIT_RANGE
-    as_walker = (1 - numbers.UNUSUAL) * near(0.0, numbers.WALKING_SIGMA)
-    as_walker += numbers.UNUSUAL / numbers.HALT_RANGE
-    likelihood = np.exp(-0.5 * off**2) / (numbers.WALKING_SPEED_SIGMA * np.sqrt(2 * np.pi))
-    return bool(as_stone / numbers.FASTEST > as_walker * likelihood)
+    as_stone = (1 - tuning.UNUSUAL) * usual + tuning.UNUSUAL / tuning.HIT_RANGE
+    as_walker = (1 - tuning.UNUSUAL) * near(0.0, tuning.WALKING_SIGMA)
+    as_walker += tuning.UNUSUAL / tuning.HALT_RANGE
+    likelihood = np.exp(-0.5 * off**2) / (tuning.WALKING_SPEED_SIGMA * np.sqrt(2 * np.pi))
+    return bool(as_stone / tuning.FASTEST > as_walker * likelihood)
 
 
 def moved(track: Trajectory) -> str:
@@ -415,18 +415,18 @@ def moved(track: Trajectory) -> str:
     ----------
     track : of a stone in a part of a recording
     """
-    rows = np.arange(0, len(track), max(1, len(track) // numbers.JUDGED_ROWS))
+    rows = np.arange(0, len(track), max(1, len(track) // tuning.JUDGED_ROWS))
     t, xy = track.t[rows], track.xy[rows]
     way = np.hypot(*(xy - xy[0]).T)
-    moving = way < numbers.NEARLY_ALL * way[-1]
+    moving = way < tuning.NEARLY_ALL * way[-1]
     t, xy = t[moving], xy[moving]
-    error = np.full(xy.shape, numbers.DETECTION_M)
+    error = np.full(xy.shape, tuning.DETECTION_M)
     if len(track.sigma_xy):
         error = np.maximum(error, track.sigma_xy[rows][moving][:, None])
-    if way[-1] < numbers.LEAST_THROW or (len(t) > 3 and not slides_as_stone(t, xy, error)):
+    if way[-1] < tuning.LEAST_THROW or (len(t) > 3 and not slides_as_stone(t, xy, error)):
         return "the moving object keeps its speed, as a carried or pushed stone does"
-    late = track.xy[track.t >= track.t[-1] - numbers.RESTED]
-    if np.hypot(*(late[-1] - late[0])) < numbers.SAME_PLACE and is_before_its_hog_line(track.xy):
+    late = track.xy[track.t >= track.t[-1] - tuning.RESTED]
+    if np.hypot(*(late[-1] - late[0])) < tuning.SAME_PLACE and is_before_its_hog_line(track.xy):
         return "the moving object stops before the near hog line, as no thrown stone does"
     return ""
 

@@ -19,7 +19,7 @@ from curling_env.typing import Floats, Image
 from friction_estimation.appearance import PictureChannels
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 
 _STEP = 0.05
 """Distance along the sheet between the points that are projected to find its picture [m]."""
@@ -55,7 +55,7 @@ class Background:
     @property
     def strong_grain(self) -> float:
         """Grain that hides much of a stone [grey levels]; 0 for weaker grain."""
-        return self.grain if self.noise > numbers.PLAIN_NOISE else 0.0
+        return self.grain if self.noise > tuning.PLAIN_NOISE else 0.0
 
     @property
     def slices(self) -> tuple[slice, slice]:
@@ -85,7 +85,7 @@ class Blob:
 
 
 def sheet_region(
-    camera: Camera, sheet: Sheet, margin_px: int = numbers.KNOWN_LENS_MARGIN_PX
+    camera: Camera, sheet: Sheet, margin_px: int = tuning.KNOWN_LENS_MARGIN_PX
 ) -> tuple[slice, slice]:
     """Rows and columns of the picture that show the ice and the people on it.
 
@@ -97,7 +97,7 @@ def sheet_region(
     y = np.linspace(-sheet.length / 2, sheet.length / 2, round(sheet.length / _STEP) + 1)
     ice = np.array([(a, b) for a in x for b in y])
     points = np.concatenate(
-        [np.column_stack([ice, np.full(len(ice), z)]) for z in (0.0, numbers.PEOPLE_HEIGHT)]
+        [np.column_stack([ice, np.full(len(ice), z)]) for z in (0.0, tuning.PEOPLE_HEIGHT)]
     )
     # Only points within the frame count: far outside it a lens polynomial is meaningless.
     seen = points[camera.sees(points)]
@@ -211,10 +211,10 @@ def moving_blobs(frame: Frame, background: Background, min_area_px: float = 6.0)
     cut = np.ascontiguousarray(frame[background.slices])
     flat = background.flat
     noise = background.noise
-    if noise > numbers.PLAIN_NOISE:  # else no stone stands out from the grain
-        cut, noise = cv2.blur(cut, (3, 3)), noise * numbers.NOISE_AFTER_BLUR
+    if noise > tuning.PLAIN_NOISE:  # else no stone stands out from the grain
+        cut, noise = cv2.blur(cut, (3, 3)), noise * tuning.NOISE_AFTER_BLUR
     difference = _strongest(cv2.absdiff(cut, flat))
-    limit = max(numbers.MIN_CONTRAST, numbers.NOISE_TIMES * noise)
+    limit = max(tuning.MIN_CONTRAST, tuning.NOISE_TIMES * noise)
     mask = (cv2.blur(difference, (3, 3)) > limit).view(np.uint8)
     left, top, width, height = cv2.boundingRect(mask)
     if width == 0:
@@ -243,9 +243,9 @@ def _blob(
     left, top, width, height, _ = box.tolist()
     part = slice(top, top + height), slice(left, left + width)
     own = labels[part] == label
-    if width * height <= numbers.MAX_CORE_BOX_PX:
+    if width * height <= tuning.MAX_CORE_BOX_PX:
         contrast = difference[part]
-        strong = own & (contrast >= numbers.CORE_CONTRAST_SHARE * np.quantile(contrast[own], 0.95))
+        strong = own & (contrast >= tuning.CORE_CONTRAST_SHARE * np.quantile(contrast[own], 0.95))
         _, cores, core_boxes, _ = cv2.connectedComponentsWithStats(strong.view(np.uint8))
         if len(core_boxes) > 1:
             own = cores == 1 + int(np.argmax(core_boxes[1:, 4]))

@@ -14,7 +14,7 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Flags, Floats, Image, Integers
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background, Blob, moving_blobs
 from friction_estimation.tracking.detection.detector import StoneFinder
 from friction_estimation.tracking.detection.sightings import is_larger, sighting_of
@@ -58,10 +58,10 @@ class Detections:
     def leaves(self) -> Flags:
         """True for the last detection of a stone that rested and is gone at the end, (n,)."""
         found = np.zeros(len(self.t), dtype=bool)
-        end = self.times[-numbers.END_FRAMES :][0]
+        end = self.times[-tuning.END_FRAMES :][0]
         for k in np.flatnonzero(self.still & (self.t < end)):
             later = self.still & (self.t > self.t[k])
-            there = np.hypot(*(self.xy[later] - self.xy[k]).T) < numbers.SAME_PLACE
+            there = np.hypot(*(self.xy[later] - self.xy[k]).T) < tuning.SAME_PLACE
             found[k] = not there.any()
         return found
 
@@ -193,8 +193,8 @@ def place_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     """Standard error of each coordinate of detections (n, 2) [m]."""
     if not len(xy):
         return np.empty((0, 2))
-    error = numbers.DETECTION_PX * camera.metres_per_px(xy, model.height / 2)
-    return np.hypot(error, numbers.DETECTION_M)
+    error = tuning.DETECTION_PX * camera.metres_per_px(xy, model.height / 2)
+    return np.hypot(error, tuning.DETECTION_M)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -289,7 +289,7 @@ def _box(blob: Blob) -> Floats:
 
 def _apart(xy: Floats, others: Sequence[Floats]) -> bool:
     """Return whether a position differs from all others."""
-    return all(np.hypot(*(xy - other)) > numbers.SAME_PLACE for other in others)
+    return all(np.hypot(*(xy - other)) > tuning.SAME_PLACE for other in others)
 
 
 def _touching(px: Floats, boxes: Floats) -> Flags:

@@ -15,7 +15,7 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Floats
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Blob
 
 _AROUND = np.column_stack(
@@ -43,7 +43,7 @@ def sighting_of(blob: Blob, camera: Camera, model: StoneModel, sheet: Sheet) -> 
     The blob may be the body alone, the body with its handle, or both with part of the reflection in
     the ice, whichever fits best. None for a blob off the ice, or with another size or shape.
     """
-    if (blob.whole_px > numbers.MAX_SHADOW_GROWTH * (blob.high_px - blob.low_px + 3.0)).any():
+    if (blob.whole_px > tuning.MAX_SHADOW_GROWTH * (blob.high_px - blob.low_px + 3.0)).any():
         return None  # the core of something much larger, such as a person's jacket
     extents = _extents(model)
     middle = (blob.low_px + blob.high_px) / 2
@@ -57,7 +57,7 @@ def sighting_of(blob: Blob, camera: Camera, model: StoneModel, sheet: Sheet) -> 
 
 def _extents(model: StoneModel) -> tuple[tuple[float, float], ...]:
     """Ranges of height of a stone's blob [m]: body, with handle, with reflection."""
-    top = model.height + numbers.HANDLE_RISE
+    top = model.height + tuning.HANDLE_RISE
     return (0.0, model.height), (0.0, top), (-model.height / 2, top)
 
 
@@ -77,7 +77,7 @@ def _as_stone(
         return None
     found = (blob.high_px - blob.low_px + 1).tolist()
     corners = model.extent_px(camera, xy)
-    rim, ratio = numbers.BLOB_RIM_PX, numbers.MAX_SIZE_RATIO
+    rim, ratio = tuning.BLOB_RIM_PX, tuning.MAX_SIZE_RATIO
     if len(corners) == 0:
         return None
     least = (corners[1] - corners[0]).tolist()
@@ -110,4 +110,4 @@ def is_larger(blob: Blob, camera: Camera, model: StoneModel) -> bool:
     corners = model.extent_px(camera, middle) if np.isfinite(middle).all() else np.empty((0, 2))
     if len(corners) == 0:
         return False
-    return bool((blob.whole_px > numbers.MAX_SHADOW_GROWTH * (corners[1] - corners[0] + 3)).any())
+    return bool((blob.whole_px > tuning.MAX_SHADOW_GROWTH * (corners[1] - corners[0] + 3)).any())

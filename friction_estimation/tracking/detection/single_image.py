@@ -23,7 +23,7 @@ from friction_estimation.tracking.detection.detector import (
     DetectedPlace,
     StoneFinder,
 )
-from friction_estimation.tracking.numbers import SAME_PLACE
+from friction_estimation.tracking.tuning import SAME_PLACE
 
 RED, AMBER = (40, 40, 230), (0, 170, 255)
 """Colours of drawings of stones and of doubtful stones, blue-green-red."""

@@ -12,7 +12,7 @@ from friction_estimation.appearance import Appearance
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.film.stabilisation import Stabiliser
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 
 HANDLE = 4
 """Row of the handle among the colours of an appearance."""
@@ -79,12 +79,12 @@ class FilmTrack:
     def not_seen(self) -> str:
         """Times at which the stone slid unseen, in words; empty if it was seen all the way."""
         t, velocity = self.trajectory.t, self.velocity[-1]
-        long = np.flatnonzero(np.diff(t) > numbers.LONG)
+        long = np.flatnonzero(np.diff(t) > tuning.LONG)
         parts = [f"from {t[k]:.1f} to {t[k + 1]:.1f} s" for k in long]
         a_second = (self.frame[-1] - self.frame[0]) / max(t[-1] - t[0], 1e-9)
-        ahead = np.array([[*(self.trajectory.xy[-1] + numbers.LONG * velocity), 0.0]])
-        filmed_on = self.frame_count - self.frame[-1] > numbers.LONG * a_second
-        if filmed_on and np.hypot(*velocity) > numbers.STANDING and self.camera.sees(ahead)[0]:
+        ahead = np.array([[*(self.trajectory.xy[-1] + tuning.LONG * velocity), 0.0]])
+        filmed_on = self.frame_count - self.frame[-1] > tuning.LONG * a_second
+        if filmed_on and np.hypot(*velocity) > tuning.STANDING and self.camera.sees(ahead)[0]:
             parts.append(f"from {t[-1]:.1f} s on, while it still moves")
         return " and ".join(parts)
 

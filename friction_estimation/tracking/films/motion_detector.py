@@ -13,7 +13,7 @@ import numpy as np
 from curling_env.typing import Floats, Image
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import sheet_region
 
 
@@ -36,7 +36,7 @@ class MotionDetector:
     @classmethod
     def for_camera(cls, camera: Camera, scene: Scene) -> MotionDetector:
         """Make the detector for a camera and a sheet."""
-        square_px = numbers.SQUARE_PX
+        square_px = tuning.SQUARE_PX
         rows, columns = (
             slice(side.start, side.stop - (side.stop - side.start) % square_px)
             for side in sheet_region(camera, scene.sheet)
@@ -62,18 +62,18 @@ class MotionDetector:
         t : time of the frame [s]
         grey : its brightness, (height, width)
         """
-        if t - self._last_look < numbers.LOOK_INTERVAL:
+        if t - self._last_look < tuning.LOOK_INTERVAL:
             return False
         self._last_look = t
         rows, columns = self._shape
         now = cv2.resize(grey[self._region], (columns, rows), interpolation=cv2.INTER_AREA)
         now = np.asarray(now, dtype=np.int16)
         self._looks.append((t, now))
-        while len(self._looks) > 1 and self._looks[1][0] <= t - numbers.COMPARED_AFTER:
+        while len(self._looks) > 1 and self._looks[1][0] <= t - tuning.COMPARED_AFTER:
             self._looks.popleft()
         change = (now - self._looks[0][1])[self._on_sheet]
-        step = max(1, min(numbers.LEVEL_STEP, change.size // numbers.LEVEL_SQUARES))
+        step = max(1, min(tuning.LEVEL_STEP, change.size // tuning.LEVEL_SQUARES))
         change = np.abs(change - int(np.median(change[::step])))
         noise = 1.48 * float(np.median(change[::step]))
-        changed = change > max(numbers.MIN_CONTRAST, numbers.NOISE_TIMES * noise)
-        return float(self._stones[changed].sum()) > numbers.MOVING_STONE_SHARE
+        changed = change > max(tuning.MIN_CONTRAST, tuning.NOISE_TIMES * noise)
+        return float(self._stones[changed].sum()) > tuning.MOVING_STONE_SHARE

@@ -13,7 +13,7 @@ from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.stabilisation import stabiliser_for
 from friction_estimation.film.video import Film
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.association.recording import find_throws
 
 STILL_FRAMES = 25
@@ -89,7 +89,7 @@ def cut(
         slid_back=lambda *when: back.append(when),
         progress=progress,
     )
-    if len(throws) <= 1 and film.duration <= numbers.WINDOW:
+    if len(throws) <= 1 and film.duration <= tuning.WINDOW:
         return [Piece.whole(film)]
     if not throws:
         stabiliser_for(film.sample(STILL_FRAMES), film.path)  # refuses a camera that moves

@@ -22,7 +22,7 @@ from friction_estimation.film.decoding import (
 )
 from friction_estimation.film.frame import brightness_of
 from friction_estimation.film.video import Film
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,7 +68,7 @@ def looks(film: Film) -> Iterator[Look]:
     with opened(film.path) as (container, stream):
         tick = float(unit) / film.slow
         begin = moments[film.first] if moments else None
-        far_apart = numbers.MAX_KEY_GAP / tick
+        far_apart = tuning.MAX_KEY_GAP / tick
         codec = stream.codec_context
         codec.skip_frame = "NONREF"
         due, sparse = -np.inf, True
@@ -84,7 +84,7 @@ def looks(film: Film) -> Iterator[Look]:
             end = keys[after] if after < len(keys) else (moments or (moment,))[-1]
             sparse = end - moment > far_apart
             if sparse or moment * tick >= due:
-                due = moment * tick + numbers.LOOK_STEP - 0.5 / film.fps
+                due = moment * tick + tuning.LOOK_STEP - 0.5 / film.fps
                 return True
             return False
 
@@ -98,7 +98,7 @@ def looks(film: Film) -> Iterator[Look]:
             t = stamp(frame, stream, begin) / film.slow
             if np.isnan(t) or film.fps_given:
                 t = index / film.fps
-            if t >= last + numbers.LOOK_STEP - 0.5 / film.fps and 0.0 <= t <= film.duration:
+            if t >= last + tuning.LOOK_STEP - 0.5 / film.fps and 0.0 <= t <= film.duration:
                 last = t
                 yield Look(t=t, stored=frame)
 
@@ -106,6 +106,6 @@ def looks(film: Film) -> Iterator[Look]:
 def parts_for(size: tuple[int, int]) -> int:
     """Return the largest reduction of a picture at which stones are still visible."""
     parts = 1
-    while min(size) / parts > numbers.FINE_LINES:
+    while min(size) / parts > tuning.FINE_LINES:
         parts *= 2
     return parts

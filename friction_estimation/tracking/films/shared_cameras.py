@@ -31,7 +31,7 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.camera.tuning import STONE_HEIGHT_SIGMA
 from friction_estimation.film.stabilisation import STILL_PX
 from friction_estimation.film.video import Film
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.built_in import find_thrown
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.films.film_track import FilmTrack
@@ -121,20 +121,20 @@ class SharedCameras:
         progress: Progress,
     ) -> RefinedCamera | None:
         for path in others:
-            if len(films) >= numbers.SOLVING_FILMS:
+            if len(films) >= tuning.SOLVING_FILMS:
                 break
             try:
                 film = Film.open(path, scene.fps)
             except InputError:
                 continue  # it is reported when this film's turn comes
-            if film.size == films[0].size and film.duration <= numbers.WINDOW:
+            if film.size == films[0].size and film.duration <= tuning.WINDOW:
                 films.append(film)
 
         def sampled(film: SteadyFilm) -> None:
             if film.film is films[0]:
                 self._sampled = film
 
-        films = films[: numbers.SOLVING_FILMS]
+        films = films[: tuning.SOLVING_FILMS]
         return solve_camera(films, scene, sampled=sampled, progress=progress)
 
     def _key(self, scene: Scene, size: tuple[int, int]) -> str:

@@ -15,7 +15,7 @@ from friction_estimation.film.deflicker import deflicker_for
 from friction_estimation.film.frame import Frame, LazyFrame
 from friction_estimation.film.stabilisation import STILL_PX, stabiliser_for
 from friction_estimation.film.video import Film
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import (
     Background,
     find_background,
@@ -107,8 +107,8 @@ class SteadyFilm:
 
 def sample_size(size: tuple[int, int]) -> int:
     """Return the number of sampled frames of a film."""
-    fitting = numbers.SAMPLE_BYTES // max(3 * size[0] * size[1], 1)
-    return min(numbers.SAMPLE_FRAMES, max(fitting, numbers.LEAST_SAMPLE))
+    fitting = tuning.SAMPLE_BYTES // max(3 * size[0] * size[1], 1)
+    return min(tuning.SAMPLE_FRAMES, max(fitting, tuning.LEAST_SAMPLE))
 
 
 def empty_ice(film: SteadyFilm, scene: Scene) -> Background:
@@ -116,9 +116,9 @@ def empty_ice(film: SteadyFilm, scene: Scene) -> Background:
     camera = camera_from_scene(scene, film.size)
     # An unknown lens may displace the sheet by tens of pixels.
     known = scene.camera_matrix is not None and scene.distortion is not None
-    margin = numbers.KNOWN_LENS_MARGIN_PX if known else numbers.UNKNOWN_LENS_MARGIN_PX
+    margin = tuning.KNOWN_LENS_MARGIN_PX if known else tuning.UNKNOWN_LENS_MARGIN_PX
     region = sheet_region(camera, scene.sheet, margin)
-    every = max(1, -(-len(film.sample) // numbers.BACKGROUND_FRAMES))
+    every = max(1, -(-len(film.sample) // tuning.BACKGROUND_FRAMES))
     return find_background([frame for _, frame in film.sample[::every]], region)
 
 

@@ -18,7 +18,7 @@ from curling_env.typing import Floats
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background
 
 _OF_NOISE = 9.0
@@ -46,8 +46,8 @@ class Ages:
 
     def around(self, t: Floats) -> Ages:
         """Return means over the frames around other times [s]; 0 without data."""
-        first = np.searchsorted(self.t, t - numbers.NEIGHBOURS, side="left")
-        last = np.searchsorted(self.t, t + numbers.NEIGHBOURS, side="right")
+        first = np.searchsorted(self.t, t - tuning.NEIGHBOURS, side="left")
+        last = np.searchsorted(self.t, t + tuning.NEIGHBOURS, side="right")
 
         def mean(values: Floats) -> Floats:
             total = np.concatenate([[0.0], np.cumsum(values)])
@@ -92,7 +92,7 @@ class PixelAges:
         before, self._before = self._before, frame
         if self._from is None or self._changed is None:
             self._from, self._changed = xy, np.zeros(frame.shape[:2], dtype=np.float32)
-        elif np.linalg.norm(xy - self._from) > numbers.GATE * numbers.DETECTION_M:
+        elif np.linalg.norm(xy - self._from) > tuning.GATE * tuning.DETECTION_M:
             self._aim, self._from = xy - self._from, xy
         window = _window(camera, model, xy, background)
         if before is None or window is None or self._aim is None:
@@ -117,7 +117,7 @@ class PixelAges:
         if totals[0] > 0 and totals[2] > 0:
             slope = np.sqrt(totals[0] / totals[5])
             repeated = totals[4] / totals[0]
-            dropped = numbers.DROPPED_CHANGE * repeated / slope / px_per_metre
+            dropped = tuning.DROPPED_CHANGE * repeated / slope / px_per_metre
             ages = (totals[1] / totals[0], totals[3] / totals[2])
             self._known.append((t, *ages, repeated, *(dropped * aim).tolist()))
 
@@ -135,8 +135,8 @@ def _window(
     if len(corners) == 0:
         return None
     whole = background.slices
-    low = np.floor(corners[0]).astype(int) - numbers.AGE_MARGIN_PX
-    high = np.ceil(corners[1]).astype(int) + numbers.AGE_MARGIN_PX + 1
+    low = np.floor(corners[0]).astype(int) - tuning.AGE_MARGIN_PX
+    high = np.ceil(corners[1]).astype(int) + tuning.AGE_MARGIN_PX + 1
     rows = slice(max(low[1], whole[0].start), min(high[1], whole[0].stop))
     columns = slice(max(low[0], whole[1].start), min(high[0], whole[1].stop))
     return (

@@ -26,7 +26,7 @@ from friction_estimation.appearance import (
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refined import RefinedCamera, log_height_prior
 from friction_estimation.camera.tuning import CAMERA_HEIGHT_PRIOR, CAMERA_HEIGHTS
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -131,7 +131,7 @@ def focal_from_stone(
     # The shift of the top is proportional to 1 / height, so heights are tried in even steps of
     # that.
     lowest, highest = 1 / np.array(CAMERA_HEIGHTS)[::-1]
-    step = (highest - lowest) / (numbers.COARSE_HEIGHTS - 1)
+    step = (highest - lowest) / (tuning.COARSE_HEIGHTS - 1)
     start = heights.first(1 / CAMERA_HEIGHT_PRIOR[0], noise)
     if start is None:
         return refined
@@ -143,13 +143,13 @@ def focal_from_stone(
             if at is not None:
                 trials[at.lean] = at
                 least = min(trial.cost for trial in trials.values())
-                at = at if at.cost < least + 10 * numbers.UNLIKELY_HEIGHT else None
+                at = at if at.cost < least + 10 * tuning.UNLIKELY_HEIGHT else None
     _spread_best(trials, heights)
-    for _ in range(numbers.HEIGHT_PASSES):
+    for _ in range(tuning.HEIGHT_PASSES):
         best = min(trials.values(), key=lambda trial: trial.cost)
-        leans = [best.lean + part * step for part in numbers.FINE_HEIGHT_STEPS]
+        leans = [best.lean + part * step for part in tuning.FINE_HEIGHT_STEPS]
         tried = np.array(list(trials))
-        new = [k for k in leans if np.abs(tried - k).min() > numbers.SAME_HEIGHT_STEP * step]
+        new = [k for k in leans if np.abs(tried - k).min() > tuning.SAME_HEIGHT_STEP * step]
         for lean in new:
             fine = heights.beside(best, lean)
             if fine is not None:
@@ -166,7 +166,7 @@ def focal_from_stone(
     solved = refine_at_focal(change)
     if solved is None:
         return refined
-    one_sigma = max(sigma, numbers.MIN_LOG_HEIGHT_SIGMA)
+    one_sigma = max(sigma, tuning.MIN_LOG_HEIGHT_SIGMA)
     return replace(solved, farther=_camera(refine_at_focal(change + one_sigma)))
 
 
@@ -182,7 +182,7 @@ def _reversible_costs(trials: dict[float, _Trial], heights: _Heights) -> dict[fl
     for way in (order[first:], order[first::-1]):
         for known, lean in pairwise(way):
             at = heights.beside(found[known], lean)
-            if at is None or at.cost > start.cost + numbers.UNLIKELY_HEIGHT:
+            if at is None or at.cost > start.cost + tuning.UNLIKELY_HEIGHT:
                 break
             found[lean] = at
     _spread_best(found, heights)
@@ -200,7 +200,7 @@ def _spread_best(trials: dict[float, _Trial], heights: _Heights) -> None:
     A fit ends in one of several local minima; that of the best height serves the others.
     """
     order, best = sorted(trials), None
-    for _ in range(numbers.HEIGHT_PASSES):
+    for _ in range(tuning.HEIGHT_PASSES):
         now = min(trials.values(), key=lambda trial: trial.cost)
         if best is not None and now.cost > best.cost - 1:
             return
@@ -208,7 +208,7 @@ def _spread_best(trials: dict[float, _Trial], heights: _Heights) -> None:
         first = order.index(best.lean)
         for way in (order[first:], order[first::-1]):
             for known, lean in pairwise(way):
-                if trials[known].cost > best.cost + numbers.UNLIKELY_HEIGHT:
+                if trials[known].cost > best.cost + tuning.UNLIKELY_HEIGHT:
                     break
                 found = heights.beside(trials[known], lean)
                 if found is not None and found.cost < trials[lean].cost:

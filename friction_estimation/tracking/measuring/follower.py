@@ -10,7 +10,7 @@ import numpy as np
 from friction_estimation.appearance import Appearance, PosedStone, StoneFit, measure_occluded
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.association.coarse import CoarsePath
 from friction_estimation.tracking.association.motion import Motion
 from friction_estimation.tracking.detection.background import Background
@@ -61,16 +61,16 @@ class Follower:
         place, _, spread = self.path.at(t)
         theta = self._heading(t)
         pixel = 1.0 / np.linalg.norm(camera.px_per_metre(place), -2)
-        least = numbers.DETECTION_M + numbers.DETECTION_PX * pixel
-        if any(abs(t - contact) < numbers.DENSE_STEP for contact in self.path.contacts):
+        least = tuning.DETECTION_M + tuning.DETECTION_PX * pixel
+        if any(abs(t - contact) < tuning.DENSE_STEP for contact in self.path.contacts):
             self._seen = -np.inf  # its motion before is no information on that after
-        if any(abs(t - contact) < numbers.CONTACT_WITHIN for contact in self.path.contacts):
-            least += numbers.SAME_PLACE
-        known = spread.max() < numbers.LOST
+        if any(abs(t - contact) < tuning.CONTACT_WITHIN for contact in self.path.contacts):
+            least += tuning.SAME_PLACE
+        known = spread.max() < tuning.LOST
         tries = [(place, spread)] if known else []
         if self._predict(t):
             expected = self._motion.place
-            if known and (np.abs(expected - place) > numbers.LOST + numbers.GATE * spread).any():
+            if known and (np.abs(expected - place) > tuning.LOST + tuning.GATE * spread).any():
                 self._seen = -np.inf  # the measured object is not the one on the path
             else:
                 tries.insert(0, (expected, np.sqrt(self._motion.variance)))
@@ -92,11 +92,11 @@ class Follower:
                 continue
             error = np.hypot(spread, np.sqrt(np.diag(fit.covariance)[:2]))
             away = np.abs(fit.xy - at)
-            if (away < np.maximum(numbers.GATE * error, least)).all():
+            if (away < np.maximum(tuning.GATE * error, least)).all():
                 self._update(t, fit)
                 return fit
             near = np.hypot(*away) < options.gate + 2 * pixel
-            if near and not self.people and t - self._seen < numbers.LONG:
+            if near and not self.people and t - self._seen < tuning.LONG:
                 strays.append(fit)
         if not strays:
             return None
@@ -149,7 +149,7 @@ class Follower:
     def posed(self, t: float) -> PosedStone:
         """Expected pose in a frame, for its neighbours."""
         place = self.path.at(t)[0]
-        if t - self._seen < numbers.LONG:
+        if t - self._seen < tuning.LONG:
             place = self._motion.place
         return PosedStone(look=self.appearance, pose=np.array([*place, self._heading(t)]))
 
@@ -158,13 +158,13 @@ class Follower:
 
     def _predict(self, t: float) -> bool:
         """Predict the state at a time [s]; returns whether it is known."""
-        known = t - self._seen <= numbers.LONG
+        known = t - self._seen <= tuning.LONG
         if known:
             self._motion.move_to(t, held=t <= self.path.released)
         return known
 
     def _update(self, t: float, fit: StoneFit) -> None:
-        if t - self._seen > numbers.LONG:
+        if t - self._seen > tuning.LONG:
             self._motion.put(t, fit.xy, self.path.at(t)[1], 1.0, 0.3)
         self._motion.correct(fit.xy, np.diag(fit.covariance)[:2] + 1e-6)
         self._seen = t

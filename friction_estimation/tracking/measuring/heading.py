@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from curling_env.typing import Flags, Floats
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 
 _ANGLES = np.linspace(-np.pi, np.pi, 48, endpoint=False)
 """Compared deviations from a heading [rad]; the first is the opposite heading."""
@@ -68,8 +68,8 @@ class KnownHeading:
 
     def waves(self) -> NDArray[np.complex128]:
         """Return the Fourier coefficients of the cost of each heading at that time."""
-        waves = np.zeros(numbers.HEADING_WAVES + 1, dtype=complex)
-        cost = 1 / numbers.KNOWN_HEADING_SIGMA**2
+        waves = np.zeros(tuning.HEADING_WAVES + 1, dtype=complex)
+        cost = 1 / tuning.KNOWN_HEADING_SIGMA**2
         waves[:2] = cost, -cost * np.exp(-1j * self.theta)
         return waves
 
@@ -128,7 +128,7 @@ class HeadingCurve:
         """Return whether the curve is trusted at times [s], (n,)."""
         after = np.clip(np.searchsorted(self._t, t), 1, len(self._t) - 1)
         nearest = np.where(t - self._t[after - 1] < self._t[after] - t, after - 1, after)
-        return self._trusted[nearest] & (np.abs(t - self._t[nearest]) <= numbers.LONG)
+        return self._trusted[nearest] & (np.abs(t - self._t[nearest]) <= tuning.LONG)
 
 
 def headings_near(
@@ -147,10 +147,10 @@ def headings_near(
     """
     expected = curve.at(t)
     miss = np.angle(np.exp(1j * (theta - expected)))
-    near = np.abs(miss) < numbers.HEADING_MATCH
-    around = (np.abs(t[:, None] - t) <= numbers.HEADING_NEIGHBOURS).astype(np.float64)
+    near = np.abs(miss) < tuning.HEADING_MATCH
+    around = (np.abs(t[:, None] - t) <= tuning.HEADING_NEIGHBOURS).astype(np.float64)
     measured = np.isfinite(theta)
-    near &= around @ near >= numbers.LEAST_NEAR * (around @ measured)
+    near &= around @ near >= tuning.LEAST_NEAR * (around @ measured)
     found, error = np.where(near, expected + miss, np.nan), np.where(near, sigma, np.nan)
     if curve.seen is not None:
         at = np.searchsorted(t, curve.seen.t)
@@ -173,17 +173,17 @@ def unseen_turn(curve: HeadingCurve, t: Floats, speed: Floats, age: Floats) -> F
     age : (n,) how long ago the pixels last changed [s]
     """
     then = t - age
-    spin = (curve.at(then) - curve.at(then - numbers.HEADING_VIEW_INTERVAL)) / (
-        numbers.HEADING_VIEW_INTERVAL
+    spin = (curve.at(then) - curve.at(then - tuning.HEADING_VIEW_INTERVAL)) / (
+        tuning.HEADING_VIEW_INTERVAL
     )
-    until_rest = np.interp(then, t, speed) / numbers.DECELERATION
+    until_rest = np.interp(then, t, speed) / tuning.DECELERATION
     return np.abs(spin) * np.minimum(age, until_rest)
 
 
 def _longest_stretch(t: Floats, trusted: Flags) -> Flags:
     """Return the longest stretch of trusted frames without a long gap."""
     at = np.flatnonzero(trusted)
-    stretches = np.split(at, np.flatnonzero(np.diff(t[at]) > 2 * numbers.LONG) + 1)
+    stretches = np.split(at, np.flatnonzero(np.diff(t[at]) > 2 * tuning.LONG) + 1)
     kept = np.zeros(len(t), dtype=bool)
     kept[max(stretches, key=len)] = True
     return kept
@@ -204,7 +204,7 @@ def fit_heading_curve(
     None where the pictures show no heading, or do not tell the front of the handle from its rear.
     """
     times = np.array(views.t)
-    if len(times) + (known is not None) < numbers.MIN_FITS:
+    if len(times) + (known is not None) < tuning.MIN_FITS:
         return None
     counts = _counts(times, t, speed)
     waves = _waves_of(views, counts)
@@ -216,11 +216,11 @@ def fit_heading_curve(
     theta = theta + _drift(times, waves, theta)
     # Additional cost of a deviation from the curve at each time: (n, angles)
     excess = _cost_at(waves, theta[:, None] + _ANGLES) - _cost_at(waves, theta)[:, None]
-    rotation = float(np.abs(np.diff(theta)).sum()) / numbers.INDEPENDENT_VIEW
-    independent = numbers.MIN_INDEPENDENT_VIEWS + min(np.ptp(times), rotation)
+    rotation = float(np.abs(np.diff(theta)).sum()) / tuning.INDEPENDENT_VIEW
+    independent = tuning.MIN_INDEPENDENT_VIEWS + min(np.ptp(times), rotation)
     own = slice(0 if known is None else 1, None)
     seen = excess[own]
-    if len(seen) >= 2 * numbers.MIN_FITS:
+    if len(seen) >= 2 * tuning.MIN_FITS:
         by_others = _predicted_headings(times, waves, t, speed, known)
         seen = _cost_at(waves, by_others[:, None] + _ANGLES) - _cost_at(waves, by_others)[:, None]
         seen = seen[own]
@@ -229,9 +229,9 @@ def fit_heading_curve(
         others.append(seen[:, 0])  # reversed
     if not all(_is_clear(other, counts[own], independent) for other in others):
         return None
-    near = np.abs(times[:, None] - times) <= numbers.HEADING_NEIGHBOURS
+    near = np.abs(times[:, None] - times) <= tuning.HEADING_NEIGHBOURS
     excess_nearby = near @ excess
-    trusted = excess_nearby[:, np.abs(_ANGLES) > numbers.HEADING_MATCH].min(axis=1) > 0
+    trusted = excess_nearby[:, np.abs(_ANGLES) > tuning.HEADING_MATCH].min(axis=1) > 0
     if not trusted.any():
         return None
     return HeadingCurve(times, theta, trusted, _seen_near(times[own], waves[own], theta[own]))
@@ -248,7 +248,7 @@ def _is_clear(excess: Floats, counts: Floats, independent: float) -> bool:
     costs = excess / counts
     mean = np.average(costs, weights=counts)
     spread = np.sqrt(np.average((costs - mean) ** 2, weights=counts))
-    return bool(mean >= numbers.CLEAR_HEADING * spread / np.sqrt(independent))
+    return bool(mean >= tuning.CLEAR_HEADING * spread / np.sqrt(independent))
 
 
 def _predicted_headings(
@@ -281,22 +281,22 @@ def _counts(times: Floats, t: Floats, speed: Floats) -> Floats:
     All pictures of a stone that hardly moves have common errors, and together count as one.
     """
     way = np.concatenate([[0.0], np.cumsum(np.diff(t) * (speed[1:] + speed[:-1]) / 2)])
-    place = np.floor(np.interp(times, t, way) / numbers.REPEATED_WAY)
+    place = np.floor(np.interp(times, t, way) / tuning.REPEATED_WAY)
     return 1 / np.count_nonzero(place[:, None] == place, axis=1)
 
 
 def _waves_of(views: HeadingViews, counts: Floats) -> NDArray[np.complex128]:
     """Return the Fourier coefficients of the cost of each heading, (n, waves)."""
     cost = np.array(views.cost) * counts[:, None]
-    waves = np.fft.rfft(cost, axis=1)[:, : numbers.HEADING_WAVES + 1] / cost.shape[1]
+    waves = np.fft.rfft(cost, axis=1)[:, : tuning.HEADING_WAVES + 1] / cost.shape[1]
     waves[:, 1:] *= 2
     # the first heading is -π
-    return waves * np.exp(1j * np.pi * np.arange(numbers.HEADING_WAVES + 1))
+    return waves * np.exp(1j * np.pi * np.arange(tuning.HEADING_WAVES + 1))
 
 
 def _seen_near(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> SeenHeadings:
     """Return the best heading of each picture near a curve."""
-    off = np.linspace(-numbers.HEADING_MATCH, numbers.HEADING_MATCH, 29)
+    off = np.linspace(-tuning.HEADING_MATCH, tuning.HEADING_MATCH, 29)
     cost = _cost_at(waves, theta[:, None] + off)
     at = np.argmin(cost, axis=1)
     inside = np.clip(at, 1, len(off) - 2)
@@ -315,7 +315,7 @@ def _seen_near(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> S
 def _cost_at(waves: NDArray[np.complex128], theta: Floats) -> Floats:
     """Misfit of each picture at one heading (n,) or several (n, k)."""
     flat = theta.reshape(len(waves), -1)
-    turned = np.exp(1j * flat[..., None] * np.arange(numbers.HEADING_WAVES + 1))
+    turned = np.exp(1j * flat[..., None] * np.arange(tuning.HEADING_WAVES + 1))
     return np.einsum("nw,nkw->nk", waves, turned).real.reshape(theta.shape)
 
 
@@ -328,23 +328,23 @@ def _steady_rotation(
 ) -> Floats:
     """Return the headings, (n,), with the most likely spin that falls as a power of the speed."""
     share = np.clip(speed / max(float(np.nanmax(speed)), 1e-6), 0.0, 1.0)
-    fronts = np.exp(1j * np.outer(np.arange(numbers.HEADING_WAVES + 1), _ANGLES))
+    fronts = np.exp(1j * np.outer(np.arange(tuning.HEADING_WAVES + 1), _ANGLES))
     best, least = np.zeros(len(times)), np.inf
-    for power in numbers.SPIN_DECAY_POWERS:
+    for power in tuning.SPIN_DECAY_POWERS:
         rate = np.where(share > 0.02, share**power, 0.0)
         swept = np.concatenate([[0.0], np.cumsum(np.diff(t) * (rate[1:] + rate[:-1]) / 2)])
         way = np.interp(times, t, swept)
         # A few at a time, so that their data stay in the fastest memory.
-        for spins in np.array_split(numbers.SPINS_TRIED, len(numbers.SPINS_TRIED) // 2):
+        for spins in np.array_split(tuning.SPINS_TRIED, len(tuning.SPINS_TRIED) // 2):
             turned = np.exp(1j * spins[:, None] * way)
-            total = np.empty((len(spins), numbers.HEADING_WAVES + 1), dtype=complex)
+            total = np.empty((len(spins), tuning.HEADING_WAVES + 1), dtype=complex)
             power_of = np.ones_like(turned)
-            for wave in range(numbers.HEADING_WAVES + 1):
+            for wave in range(tuning.HEADING_WAVES + 1):
                 total[:, wave] = power_of @ waves[:, wave]
                 power_of *= turned
             costs = np.real(total @ fronts)
             if known is not None:
-                costs += (((spins - known.spin) / numbers.SPIN_CHANGE_AT_CONTACT) ** 2)[:, None]
+                costs += (((spins - known.spin) / tuning.SPIN_CHANGE_AT_CONTACT) ** 2)[:, None]
             i, k = np.unravel_index(int(np.argmin(costs)), costs.shape)
             if costs[i, k] < least:
                 least, best = float(costs[i, k]), _ANGLES[k] + spins[i] * way
@@ -361,7 +361,7 @@ def _drift(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> Float
     value = own[0]
     came_from: list[NDArray[np.intp]] = []
     for k in range(1, len(times)):
-        options = value + step**2 / (numbers.HEADING_WANDER**2 * (times[k] - times[k - 1]))
+        options = value + step**2 / (tuning.HEADING_WANDER**2 * (times[k] - times[k - 1]))
         came_from.append(np.argmin(options, axis=1))
         value = own[k] + options.min(axis=1)
     at = int(np.argmin(value))
@@ -376,5 +376,5 @@ def _drift(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> Float
 
 def _bell_mean(t: Floats, values: Floats) -> Floats:
     """Return the mean of values (n,) around each time, the nearest of which count most."""
-    bell = np.exp(-0.5 * ((t[:, None] - t) / (numbers.HEADING_NEIGHBOURS / 4)) ** 2)
+    bell = np.exp(-0.5 * ((t[:, None] - t) / (tuning.HEADING_NEIGHBOURS / 4)) ** 2)
     return bell @ values / bell.sum(axis=1)

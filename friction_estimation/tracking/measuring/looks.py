@@ -30,7 +30,7 @@ from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.camera.refinement import refine_at_focal
 from friction_estimation.camera.scene import Scene
 from friction_estimation.camera.tuning import STONE_HEIGHT_SIGMA
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.association.coarse import CoarsePath
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.detection.detections import Detections
@@ -77,16 +77,16 @@ class SeenStone:
     ) -> list[Crop]:
         """Return clear pictures of the stone for a camera; see `crops_at`."""
         kept = np.array([t in self.sample for t in self.path.t.tolist()])
-        kept &= self.path.likeness >= numbers.MIN_LEARNING_LIKENESS
+        kept &= self.path.likeness >= tuning.MIN_LEARNING_LIKENESS
         kept &= self.path.t > self.path.released  # earlier, a hand or a shoe may be mistaken for it
         clear = np.flatnonzero(kept)
         alone = np.flatnonzero(kept & self.path.alone)
         # A single position does not show the profile of a stone.
-        far = len(alone) and np.hypot(*np.ptp(self.path.xy[alone], axis=0)) > numbers.LEAST_THROW
+        far = len(alone) and np.hypot(*np.ptp(self.path.xy[alone], axis=0)) > tuning.LEAST_THROW
         if self.people and far:
             clear = alone
         before = clear[self.path.t[clear] < min(self.path.contacts, default=np.inf)]
-        if len(before) >= numbers.LEAST_CLEAR:  # later the ice around it may have changed
+        if len(before) >= tuning.LEAST_CLEAR:  # later the ice around it may have changed
             clear = before
         clear = clear[_spread(self.path.xy[clear])]
         places = self.path.seen_by(self.found_by, camera, self.model).xy
@@ -131,7 +131,7 @@ def crowded(path: CoarsePath, seen: Detections, camera: Camera) -> bool:
     first_hit = min(path.contacts, default=np.inf)
     places = np.array([[*path.at(t)[0], 0.0] for t in seen.times if t < first_hit])
     expected = camera.sees(places).sum()
-    if path.alone[path.t < first_hit].sum() >= numbers.NEARLY_ALL * expected:
+    if path.alone[path.t < first_hit].sum() >= tuning.NEARLY_ALL * expected:
         return False
     for t, box in seen.crowds:
         if t > first_hit:
@@ -140,7 +140,7 @@ def crowded(path: CoarsePath, seen: Detections, camera: Camera) -> bool:
         px = camera.project(np.array([[*place, 0.0]]))[0]
         away = np.maximum(np.maximum(box[0] - px, px - box[1]), 0.0)
         metre = np.linalg.inv(camera.px_per_metre(place))
-        if np.hypot(*(metre @ away)) < numbers.PEOPLE_NEAR:
+        if np.hypot(*(metre @ away)) < tuning.PEOPLE_NEAR:
             return True
     return False
 
@@ -178,7 +178,7 @@ def learn_look(
     for turn in range(_ROUNDS):
         heading = heading_of(crops, look, path)
         seen = _views(views, path, stone, camera, look, heading)
-        if len(seen) < numbers.MIN_FITS:
+        if len(seen) < tuning.MIN_FITS:
             break
         crops = _clearest(seen)
         for crop in crops:
@@ -202,7 +202,7 @@ def _views(
         theta = 0.0 if heading is None else float(heading.at(t))
         start = np.array([*path.at(t)[0], theta])
         fit = measure_occluded(frame, channels, origin, camera, look, start, people=True)
-        if fit is None or fit.visible < numbers.LEAST_VISIBLE or fit.inside < 1.0:
+        if fit is None or fit.visible < tuning.LEAST_VISIBLE or fit.inside < 1.0:
             continue
         if np.hypot(*(fit.xy - start[:2])) > stone.model.radius:
             continue
@@ -222,7 +222,7 @@ def unexplained_by_look(crops: Sequence[Crop], look: Appearance, grain: float = 
     ----------
     grain : see `unexplained_share`
     """
-    plain = replace(look, noise=np.full(3, max(numbers.PLAIN_NOISE, grain)))
+    plain = replace(look, noise=np.full(3, max(tuning.PLAIN_NOISE, grain)))
     return unexplained_share(crops, plain, grain)
 
 
@@ -235,11 +235,11 @@ def _clearest(seen: Sequence[tuple[float, Crop]]) -> list[Crop]:
     count = np.zeros(_PARTS, dtype=int)
     chosen: list[int] = []
     for k in ordered:
-        if seen[k][0] < numbers.CLEAR_PICTURE and count[part[k]] < _FROM_EACH:
+        if seen[k][0] < tuning.CLEAR_PICTURE and count[part[k]] < _FROM_EACH:
             count[part[k]] += 1
             chosen.append(k)
-    if len(chosen) < numbers.LEAST_CLEAR:
-        chosen = sorted({*chosen, *ordered[: numbers.LEAST_CLEAR]})
+    if len(chosen) < tuning.LEAST_CLEAR:
+        chosen = sorted({*chosen, *ordered[: tuning.LEAST_CLEAR]})
     return [seen[k][1] for k in sorted(chosen)]
 
 
@@ -256,7 +256,7 @@ def heading_of(
     path : where the stone is; its speed tells how the rotation slows down
     """
     ordered = sorted(crops, key=lambda crop: crop.t)
-    if not appearance.has_handle or len(ordered) < numbers.MIN_FITS:
+    if not appearance.has_handle or len(ordered) < tuning.MIN_FITS:
         return None
     views = HeadingViews()
     for crop in ordered:
@@ -281,10 +281,10 @@ def with_focal(refined: RefinedCamera, scene: Scene, stones: Sequence[SeenStone]
         return refine_at_focal(refined, scene, background.image, background.origin_px, change)
 
     # Heights are compared on the same pixels: those of the stone in the lowest view.
-    low = at_focal(float(np.log(numbers.LOW_HEIGHT / refined.camera.position[2])))
+    low = at_focal(float(np.log(tuning.LOW_HEIGHT / refined.camera.position[2])))
     reach = refined.camera if low is None else low.camera
     seen = [stone.crops(reach) or stone.crops(refined.camera) for stone in stones]
-    every = max(1, round(sum(map(len, seen)) / numbers.HEIGHT_CROPS))
+    every = max(1, round(sum(map(len, seen)) / tuning.HEIGHT_CROPS))
     windows = [{crop.t: crop.window for crop in crops[::every]} for crops in seen]
 
     def crops(camera: Camera) -> list[list[Crop]]:

@@ -14,7 +14,7 @@ from friction_estimation.appearance import (
 )
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.measuring.compression import PixelAges
 from friction_estimation.tracking.measuring.heading import HeadingViews
@@ -65,7 +65,7 @@ class Measurements:
         self.ages.add(t, fit.xy, frame, background, camera, appearance.model)
         if not appearance.has_handle:
             return
-        if self.views.t and t < self.views.t[-1] + numbers.HEADING_VIEW_INTERVAL:
+        if self.views.t and t < self.views.t[-1] + tuning.HEADING_VIEW_INTERVAL:
             return
         crop = heading_crop(
             frame, fit.xy, background.channels, background.origin_px, camera, appearance, others

@@ -22,7 +22,7 @@ from friction_estimation.appearance import (
     measure_occluded,
 )
 from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.association.coarse import CoarsePath
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.measuring.own_look import own_look
@@ -235,12 +235,12 @@ def measured_at_rest(
         return None
     crops = crops_at([whole], [0.0], [rough.xy], channels, origin, camera, thrown.model)
     if not crops:  # its rim is not completely in the picture, and its colours cannot be estimated
-        seen = rough.visible >= numbers.LEAST_VISIBLE
+        seen = rough.visible >= tuning.LEAST_VISIBLE
         return OtherStone(rests=stone, look=body, fit=rough, heading=np.nan) if seen else None
     found = own_look(crops[0], thrown)
     start = np.array([*rough.xy, found.heading])
     fit = measure_occluded(whole, channels, origin, camera, found.look, start, beside)
-    if fit is None or fit.visible < numbers.LEAST_VISIBLE:
+    if fit is None or fit.visible < tuning.LEAST_VISIBLE:
         return None
     heading = fit.theta if found.clear else np.nan
     return OtherStone(rests=stone, look=found.look, fit=fit, heading=float(heading))

@@ -20,7 +20,7 @@ from friction_estimation.appearance.crops import (
 from friction_estimation.appearance.shape import HANDLE, PARTS
 from friction_estimation.appearance.tuning import HEADINGS_TRIED, PIXEL_CORRELATION
 from friction_estimation.film.channels import blue_and_red, channels_of_colour, green_beside
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,11 +61,11 @@ def own_look(crop: Crop, thrown: Appearance) -> OwnLook:
     costs = np.array([cost for _, cost in found])
     best = int(np.argmin(costs))
     away = np.abs(np.angle(np.exp(1j * (headings - headings[best]))))
-    others = costs[away > numbers.HEADING_MATCH].min()
+    others = costs[away > tuning.HEADING_MATCH].min()
     return OwnLook(
         look=found[best][0],
         heading=float(headings[best]),
-        clear=bool(others - costs[best] > numbers.CLEAR_HEADING**2),
+        clear=bool(others - costs[best] > tuning.CLEAR_HEADING**2),
     )
 
 
@@ -78,7 +78,7 @@ def _coloured(crop: Crop, thrown: Appearance) -> tuple[Appearance, float]:
     active = len(PARTS) if thrown.has_handle else len(PARTS) - 1
     colours = usual.copy()
     rest = crop.pixels - composite(cover, crop.background, np.zeros_like(colours))
-    for _ in range(numbers.COLOUR_ROUNDS):
+    for _ in range(tuning.COLOUR_ROUNDS):
         shown = composite(cover, crop.background, colours)
         weight = robust_weights(crop.pixels - shown, thrown.noise) / PIXEL_CORRELATION
         for channel in range(3):
@@ -99,8 +99,8 @@ def _coloured(crop: Crop, thrown: Appearance) -> tuple[Appearance, float]:
 def _usual(thrown: Appearance) -> tuple[Floats, Floats]:
     """Mean and standard deviation of a stone's colours, each (5, 3)."""
     usual = thrown.colours.copy()
-    spread = np.tile(np.array(numbers.GRANITE_SPREAD), (len(PARTS), 1))
-    usual[HANDLE], spread[HANDLE] = numbers.USUAL_HANDLE, numbers.HANDLE_SPREAD
+    spread = np.tile(np.array(tuning.GRANITE_SPREAD), (len(PARTS), 1))
+    usual[HANDLE], spread[HANDLE] = tuning.USUAL_HANDLE, tuning.HANDLE_SPREAD
     return usual, spread
 
 

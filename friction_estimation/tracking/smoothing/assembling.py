@@ -12,7 +12,7 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.appearance import Appearance, StoneFit
 from friction_estimation.camera.refined import RefinedCamera
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.measuring.contacts import contact_time
 from friction_estimation.tracking.measuring.follower import Follower
@@ -106,7 +106,7 @@ def _contacts(
         for j, striker in enumerate(movers):
             if j == k or striker.since > one.since:
                 continue
-            latest = one.since + 2 * numbers.DENSE_STEP
+            latest = one.since + 2 * tuning.DENSE_STEP
             t = contact_time(striker.measured, xy, touching, latest)
             if t is not None:
                 found.append((abs(t - one.since), j, t))
@@ -177,10 +177,10 @@ def assemble(
 
     Returns
     -------
-    None where it was seen in fewer than `numbers.MIN_FITS` frames
+    None where it was seen in fewer than `tuning.MIN_FITS` frames
     """
     fitted = [i for i, fit in enumerate(measured.fits) if fit is not None]
-    if len(fitted) < numbers.MIN_FITS:
+    if len(fitted) < tuning.MIN_FITS:
         return None
     model, camera = appearance.model, refined.camera
     first, last = fitted[0], fitted[-1]
@@ -259,7 +259,7 @@ def _headings(
     known: KnownHeading | None = None
     for low, high in pairwise([-np.inf, *sorted(contacts), np.inf]):
         part = np.flatnonzero((t >= low) & (t < high))
-        if len(part) < numbers.MIN_FITS:
+        if len(part) < tuning.MIN_FITS:
             continue
         views = measured.views.between(low, high)
         own = [fits[k] for k in part.tolist()]
@@ -270,7 +270,7 @@ def _headings(
         theta[part], spin[part], sigma[part] = found
         seen = part[np.isfinite(theta[part])]
         known = None
-        if len(seen) and t[seen[-1]] > t[part[-1]] - numbers.HEADING_VIEW_INTERVAL:
+        if len(seen) and t[seen[-1]] > t[part[-1]] - tuning.HEADING_VIEW_INTERVAL:
             last = seen[-1]
             known = KnownHeading(t=float(t[last]), theta=float(theta[last]), spin=float(spin[last]))
     return theta, spin, sigma
@@ -291,7 +291,7 @@ def _headings_between(
     if curve is None:
         return None
     unseen = unseen_turn(curve, t, speed, age)
-    stale = unseen > numbers.HEADING_MATCH
+    stale = unseen > tuning.HEADING_MATCH
     fresh = HeadingViews()
     for moment, cost in zip(views.t, views.cost, strict=True):
         if not stale[min(int(np.searchsorted(t, moment)), len(t) - 1)]:
@@ -304,7 +304,7 @@ def _headings_between(
     error = np.array([np.nan if fit is None else np.sqrt(fit.covariance[2, 2]) for fit in fits])
     theta, error = headings_near(curve, t, np.where(stale, np.nan, own), error)
     seen = np.isfinite(theta)
-    if seen.sum() < numbers.MIN_FITS:
+    if seen.sum() < tuning.MIN_FITS:
         return None
     if known is None:
         theta = theta - 2 * np.pi * np.round(theta[seen][0] / (2 * np.pi))
@@ -312,11 +312,11 @@ def _headings_between(
     away = np.abs(t[:, None] - t[seen]).min(axis=1)
     expected = curve.at(t)
     off = np.angle(np.exp(1j * (value - expected)))
-    found = (away <= numbers.LONG) & (np.abs(off) < numbers.HEADING_MATCH) & ~stale
+    found = (away <= tuning.LONG) & (np.abs(off) < tuning.HEADING_MATCH) & ~stale
     # If single frames scatter more than the error of the curve, the curve is used.
     miss = np.angle(np.exp(1j * (theta - expected)))[seen]
     scatter = float(np.median(np.abs(miss))) / 0.6745
-    drift = numbers.HEADING_DRIFT
+    drift = tuning.HEADING_DRIFT
     share = drift**2 / (drift**2 + scatter**2)
     heading = np.where(found, value - (1 - share) * off, np.nan)
     rate = np.where(found, rate, np.nan)

@@ -15,7 +15,7 @@ import numpy as np
 
 from curling_env.sheet import HACK_Y, HOG_LINE_Y
 from curling_env.typing import Flags, Floats
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.smoothing.smoother import Smoothing, SmoothPath
 
 _TRIED = 16
@@ -65,10 +65,10 @@ def smoothed_with_jump(
     bad = t[_is_off(plain)[plain.weight > 0]]
     moments = ((t[1:-2] + t[2:-1]) / 2)[t[1:-2] > released]
     # A jump near either end would explain any error of the few measurements there.
-    low, high = t[0] + numbers.NEIGHBOURS, t[-1] - numbers.NEIGHBOURS
+    low, high = t[0] + tuning.NEIGHBOURS, t[-1] - tuning.NEIGHBOURS
     moments = moments[(moments > low) & (moments < high)]
     if len(bad):
-        moments = moments[np.abs(moments[:, None] - bad).min(axis=1) < numbers.NEIGHBOURS * 2]
+        moments = moments[np.abs(moments[:, None] - bad).min(axis=1) < tuning.NEIGHBOURS * 2]
     if not len(bad) or not len(moments):
         return plain, None
     tried = moments[:: -(-len(moments) // _TRIED)]
@@ -82,8 +82,8 @@ def smoothed_with_jump(
         tried = np.clip(when + reach * np.linspace(-1.0, 1.0, 8), low, high)
         reach /= 4
     gain = plain.unlikelihood - best.unlikelihood
-    left = _is_off(best) & (np.abs(best.t - when) < numbers.NEIGHBOURS)
-    if gain < np.log(len(moments)) - numbers.HIT or left.any():
+    left = _is_off(best) & (np.abs(best.t - when) < tuning.NEIGHBOURS)
+    if gain < np.log(len(moments)) - tuning.HIT or left.any():
         return plain, None
     return best, float(when)
 
@@ -96,7 +96,7 @@ def misfits(path: SmoothPath) -> list[Misfit]:
     if not len(at):
         return []
     t = path.t[at]
-    parts = np.split(at, np.flatnonzero(np.diff(t) > 2 * numbers.NEIGHBOURS) + 1)
+    parts = np.split(at, np.flatnonzero(np.diff(t) > 2 * tuning.NEIGHBOURS) + 1)
     return [
         Misfit(
             first=float(path.t[part[0]]),
@@ -110,11 +110,11 @@ def misfits(path: SmoothPath) -> list[Misfit]:
 def _slowed(path: SmoothPath) -> Flags:
     """Return where a released stone decelerates more than ice can explain, (n,)."""
     speed, y = np.hypot(*path.velocity.T), path.place[:, 1]
-    low, high = (np.clip(path.t + way * numbers.LONG, path.t[0], path.t[-1]) for way in (-1, 1))
+    low, high = (np.clip(path.t + way * tuning.LONG, path.t[0], path.t[-1]) for way in (-1, 1))
     lost = np.interp(low, path.t, speed) - np.interp(high, path.t, speed)
-    most = numbers.DECELERATION + numbers.GATE * numbers.DECELERATION_SIGMA
+    most = tuning.DECELERATION + tuning.GATE * tuning.DECELERATION_SIGMA
     released = np.abs(y - y[0]) > HACK_Y - HOG_LINE_Y
-    return released & (lost > most * np.maximum(high - low, numbers.LONG))
+    return released & (lost > most * np.maximum(high - low, tuning.LONG))
 
 
 def left_behind(path: SmoothPath) -> int | None:
@@ -129,11 +129,11 @@ def misfit_sigma(path: SmoothPath, off: Sequence[Misfit], behind: int | None) ->
     """Standard error of each coordinate due to misfits, (n,) [m]."""
     sigma = np.zeros(len(path.t))
     for one in off:
-        sigma[(path.t >= one.first) & (path.t <= one.last)] = numbers.MISFIT_ERROR * one.by
+        sigma[(path.t >= one.first) & (path.t <= one.last)] = tuning.MISFIT_ERROR * one.by
     if behind is not None:  # the stone may have slid on
         speed = float(np.hypot(*path.velocity[behind]))
-        since = np.clip(path.t - path.t[behind], 0.0, speed / numbers.DECELERATION)
-        way = since - 0.5 * numbers.DECELERATION * since**2 / speed
+        since = np.clip(path.t - path.t[behind], 0.0, speed / tuning.DECELERATION)
+        way = since - 0.5 * tuning.DECELERATION * since**2 / speed
         there = path.place[behind] + way[:, None] * path.velocity[behind]
         sigma[behind:] = np.hypot(sigma, np.hypot(*(there - path.place).T))[behind:]
     return sigma
@@ -160,14 +160,14 @@ def misfits_in_words(off: Sequence[Misfit], contacts: Sequence[float]) -> Iterat
     """Describe long misfits, except those at a contact."""
     for one in off:
         at_contact = any(one.first - 1 < c < one.last + 1 for c in contacts)
-        if one.last - one.first > numbers.LONG and not at_contact:
+        if one.last - one.first > tuning.LONG and not at_contact:
             yield one.words
 
 
 def _is_off(path: SmoothPath) -> Flags:
     """Return which measurements are far off a path through the others, (n,)."""
     seen = path.weight > 0
-    near = np.abs(path.t[:, None] - path.t[seen]) <= numbers.NEIGHBOURS
+    near = np.abs(path.t[:, None] - path.t[seen]) <= tuning.NEIGHBOURS
     square = near @ path.off[seen] ** 2 / np.maximum(near.sum(axis=1), 1)
     usual = np.median(square[seen])
-    return square > max(numbers.NOISE_TIMES**2 * usual, numbers.DETECTION_M**2)
+    return square > max(tuning.NOISE_TIMES**2 * usual, tuning.DETECTION_M**2)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from curling_env.typing import Flags, Floats
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.association.motion import (
     acceleration_of,
     filtered,
@@ -52,7 +52,7 @@ class SmoothPath:
     def unlikelihood(self) -> float:
         """Negative log likelihood of the measurements about the path, up to a constant."""
         used = self.weight[self.weight > 0]
-        unlikely = -0.5 * (numbers.STUDENT_FREEDOM + 2) * np.log(used) + 2 * np.log(self.scale)
+        unlikely = -0.5 * (tuning.STUDENT_FREEDOM + 2) * np.log(used) + 2 * np.log(self.scale)
         return float(unlikely.sum())
 
     def at(self, rows: Flags) -> SmoothPath:
@@ -134,7 +134,7 @@ def smooth_path(
         if scaled and turn > 0:
             free = np.sqrt(np.median(left[seen]) / _MEDIAN)
             scale *= float(np.clip(free, 0.2, 5.0))
-        freedom = numbers.STUDENT_FREEDOM
+        freedom = tuning.STUDENT_FREEDOM
         weight = np.where(seen, (freedom + 2) / (freedom + 2 * left), 0.0)
     rest = states.rests
     return SmoothPath(
@@ -167,11 +167,11 @@ def smooth_heading(t: Floats, measured: Floats, sigma: Floats) -> tuple[Floats, 
     n = len(t)
     seen = np.isfinite(measured) & np.isfinite(sigma)
     theta, nothing = np.nan_to_num(measured), np.zeros(n)
-    change, memory = np.full(n, numbers.SPIN_CHANGE), np.full(n, numbers.DECELERATION_MEMORY)
+    change, memory = np.full(n, tuning.SPIN_CHANGE), np.full(n, tuning.DECELERATION_MEMORY)
     before, after = np.empty((2, n, 3))
     before_p, after_p = np.empty((2, n, 3, 3))
     weight, scale = seen.astype(np.float64), 1.0
-    freedom = numbers.STUDENT_FREEDOM
+    freedom = tuning.STUDENT_FREEDOM
     for _ in range(_PASSES):
         variance = np.full(n, np.inf)
         variance[seen] = (scale * sigma[seen]) ** 2 / weight[seen]
@@ -199,7 +199,7 @@ class _States:
         for contact in contacts:
             at = int(np.searchsorted(t, contact))
             if 0 < at < n:
-                self._jump[at] = numbers.JUMP_SIGMA**2
+                self._jump[at] = tuning.JUMP_SIGMA**2
         self._after_contacts = max(contacts, default=-np.inf)
         self._memory = np.zeros(n)
         self._expected, self._sigma = np.zeros((2, n)), np.zeros((2, n))
@@ -231,7 +231,7 @@ class _States:
         later = np.flatnonzero((self._t > self._after_contacts) & ~self._held)
         if not len(later):
             return
-        moving = later[speed[later] > 2 * numbers.DECELERATION * 0.2]
+        moving = later[speed[later] > 2 * tuning.DECELERATION * 0.2]
         guess = int(moving[-1]) if len(moving) else int(later[0])
         low, high = max(guess - n // 10, int(later[0])), min(guess + n // 5, n)
         while True:

@@ -13,7 +13,7 @@ from friction_estimation.appearance import ShapeUncertainty, StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refined import RefinedCamera
 from friction_estimation.camera.tuning import CLICK_SIGMA_PX, EDGE_ERROR_PX
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 
 
 def systematic_sigma(
@@ -39,15 +39,15 @@ def systematic_sigma(
     variance = refined.place_variance(xy, middle)
     # Without paint, the camera depends on the clicked points alone.
     loose_px = 0.0 if refined.measured else CLICK_SIGMA_PX / 2
-    small_px = numbers.SMALL_STONE_ERROR_PX / (model.radius * camera.scale(xy, model.height / 2))
-    hidden_px = numbers.HIDDEN_ERROR_PX * np.sqrt(0.0 if hidden is None else hidden)
+    small_px = tuning.SMALL_STONE_ERROR_PX / (model.radius * camera.scale(xy, model.height / 2))
+    hidden_px = tuning.HIDDEN_ERROR_PX * np.sqrt(0.0 if hidden is None else hidden)
     edge_px = np.sqrt(EDGE_ERROR_PX**2 + small_px**2 + loose_px**2 + hidden_px**2)
     variance += (edge_px[:, None] * camera.metres_per_px(xy, middle)) ** 2
     if shape is not None:
         variance += shape.at(xy) ** 2
     if unseen is not None:
         variance += unseen**2
-    least = numbers.LARGER_COORDINATE_SHARE * variance.max(axis=1)
+    least = tuning.LARGER_COORDINATE_SHARE * variance.max(axis=1)
     return np.sqrt(np.maximum(variance.mean(axis=1), least))
 
 
@@ -61,7 +61,7 @@ def hidden_sigma(camera: Camera, xy: Floats, hidden: Floats, model: StoneModel) 
     """
     sigma = np.zeros_like(xy)
     some = (hidden > 0) & np.isfinite(xy[:, 0])
-    px = numbers.HIDDEN_ERROR_PX * np.sqrt(hidden[some])
+    px = tuning.HIDDEN_ERROR_PX * np.sqrt(hidden[some])
     sigma[some] = px[:, None] * camera.metres_per_px(xy[some], model.height / 2)
     return sigma
 
@@ -73,7 +73,7 @@ def smoothed_occlusion(t: Floats, hidden: Floats) -> Floats:
     """
     if not hidden.any():
         return hidden
-    around = np.abs(t[:, None] - t) <= numbers.HIDDEN_NEIGHBOURS
+    around = np.abs(t[:, None] - t) <= tuning.HIDDEN_NEIGHBOURS
     return around @ hidden / around.sum(axis=1)
 
 
@@ -89,7 +89,7 @@ def unseen_displacement(t: Floats, velocity: Floats, age: Floats) -> Floats:
     age : (n,) how long ago the pixels last changed [s]
     """
     then = np.column_stack([np.interp(t - age, t, axis) for axis in velocity.T])
-    rate = numbers.DECELERATION / np.maximum(np.hypot(*then.T), 1e-6)
+    rate = tuning.DECELERATION / np.maximum(np.hypot(*then.T), 1e-6)
     going = np.minimum(age, 1 / rate)
     return then * (going - 0.5 * rate * going**2)[:, None]
 
@@ -105,7 +105,7 @@ def block_sigma(single: Floats, repeated: Floats) -> Floats:
     single : (n, 2) standard errors of the measurements, were each pixel to err by itself [m]
     repeated : (n,) share of the stone's rim that shows what it did in the frame before
     """
-    return numbers.BLOCK_ERROR * np.sqrt(repeated)[:, None] * single
+    return tuning.BLOCK_ERROR * np.sqrt(repeated)[:, None] * single
 
 
 def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
@@ -118,7 +118,7 @@ def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     """
     length = model.handle_front - model.handle_back
     z = model.height + model.handle_rise
-    across = numbers.HANDLE_ERROR_PX / np.linalg.norm(camera.px_per_metre(xy, z), -2, axis=(1, 2))
+    across = tuning.HANDLE_ERROR_PX / np.linalg.norm(camera.px_per_metre(xy, z), -2, axis=(1, 2))
     away = np.linalg.norm(xy - camera.position[:2], axis=1)
-    tilted = numbers.HANDLE_TILT_ERROR * away / (camera.position[2] - z)
+    tilted = tuning.HANDLE_TILT_ERROR * away / (camera.position[2] - z)
     return np.hypot(across, tilted) / length

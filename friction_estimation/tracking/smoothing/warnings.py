@@ -10,7 +10,7 @@ import numpy as np
 from curling_env.typing import Floats, Image
 from friction_estimation.appearance import Appearance
 from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking import numbers
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.association.finding import FilmStones
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.films.film_track import FilmTrack
@@ -39,7 +39,7 @@ def arrived(
     camera : the film's camera
     look : of the thrown stone, whose shape others share
     """
-    at_last = sample[-numbers.END_FRAMES :]
+    at_last = sample[-tuning.END_FRAMES :]
     rests = [RestingStone(xy=xy, until=np.inf) for xy in stones.arrived]
     found = [measured_at_rest(one, at_last, ice, camera, look, ()) for one in rests]
     return [one.fit.xy for one in found if one is not None]
@@ -61,7 +61,7 @@ def with_warnings(
     warnings = [
         f"the stone at {place_in_words(one.fit.xy)} disappeared unseen and has no track"
         for one in others
-        if np.isfinite(one.rests.until) and followed.get(id(one.rests.path), 0) < numbers.MIN_FITS
+        if np.isfinite(one.rests.until) and followed.get(id(one.rests.path), 0) < tuning.MIN_FITS
     ]
     warnings += [
         f"the stone that came from {place_in_words(one.trajectory.xy[0])}: {words}"
@@ -72,7 +72,7 @@ def with_warnings(
     warnings += [
         f"a stone lies at {place_in_words(xy)} at the end, and no track leads there"
         for xy in came
-        if all(np.hypot(*(xy - end)) > 2 * numbers.SAME_PLACE for end in ends)
+        if all(np.hypot(*(xy - end)) > 2 * tuning.SAME_PLACE for end in ends)
     ]
     return replace(found, unexplained=(*found.unexplained, *warnings))
 
