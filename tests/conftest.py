@@ -26,8 +26,6 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from .snapshots import Snapshots
-
 # `make test` tries the same examples in every run; `make soak` draws new ones from its seed. No
 # profile has a deadline: a busy machine must not fail a property.
 settings.register_profile("repeatable", deadline=None, derandomize=True, max_examples=50)
@@ -92,8 +90,10 @@ def must_fit() -> Callable[..., None]:
 
 
 @pytest.fixture
-def unchanged(request: pytest.FixtureRequest) -> Snapshots:
+def unchanged(request: pytest.FixtureRequest) -> Any:
     """Hold all of a result against what it was; see `snapshots`."""
+    from tests.snapshots import Snapshots
+
     name = re.sub(r"\W+", "-", request.node.name.removeprefix("test_")).strip("-")
     return Snapshots(folder=request.path.parent / "snapshots" / request.path.stem, name=name)
 
