@@ -25,12 +25,12 @@ from friction_estimation.appearance.tuning import (
     RAISED,
     RISE_SIGMA,
     RISES,
-    UNLIKELY_RISE,
+    UNLIKELY_SHAPE,
 )
 
 
 def sight_uncertainty(
-    crops: Sequence[Crop], fit: ProfileFit, prior: ShapePrior, *, typical: bool
+    crops: Sequence[Crop], fit: ProfileFit, prior: ShapePrior, typical: bool
 ) -> ShapeUncertainty:
     """Return the misplacement of the stone by shapes that fit nearly as well.
 
@@ -75,7 +75,7 @@ def likely_rise(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> t
             at, found[rise] = fit.look, fit.unlikelihood()
             if rise == 0.0:
                 middle = at
-            if found[rise] > min(found.values()) + UNLIKELY_RISE:
+            if found[rise] > min(found.values()) + UNLIKELY_SHAPE:
                 break
     rises = np.array(sorted(found))
     fine = np.linspace(rises[0], rises[-1], 200)

@@ -44,6 +44,7 @@ from friction_estimation.appearance.tuning import (
     REFINED_WITH,
     REFINEMENTS,
     TRIAL_SHADOW,
+    UNLIKELY_SHAPE,
 )
 
 
@@ -139,20 +140,20 @@ def _reversible_or_general(
     """Return the appearance of a reversible stone, or of any stone, whichever is more likely.
 
     Both have the same prior probability. The other appearance enters the uncertainty, weighted by
-    its likelihood.
+    its likelihood, unless it is far less likely.
     """
     alike = ShapePrior.reversible(prior.typical)
     others = [replace(crop, pose=crop.pose.copy()) for crop in crops]
     fit = fit_profile(crops, look, prior, ADAPTING_ROUNDS)
-    look = fit.look
-    rival = fit_profile(others, as_reversible(look), alike, ADAPTING_ROUNDS)
+    rival = fit_profile(others, as_reversible(fit.look), alike, ADAPTING_ROUNDS)
+    kinds = [(crops, fit, prior, False), (others, rival, alike, True)]
     ahead = rival.unlikelihood() - fit.unlikelihood()
-    share = float(expit(0.5 * ahead))
-    uncertainty = sight_uncertainty(crops, fit, prior, typical=False)
-    other = sight_uncertainty(others, rival, alike, typical=True)
-    if share > 0.5:
-        return replace(look, uncertainty=uncertainty.mixed_with(other, 1 - share))
-    return replace(rival.look, uncertainty=other.mixed_with(uncertainty, share))
+    best, second = kinds if ahead > 0 else kinds[::-1]
+    uncertainty = sight_uncertainty(*best)
+    if abs(ahead) < UNLIKELY_SHAPE:
+        share = float(expit(-0.5 * abs(ahead)))
+        uncertainty = uncertainty.mixed_with(sight_uncertainty(*second), share)
+    return replace(best[1].look, uncertainty=uncertainty)
 
 
 def as_reversible(look: Appearance) -> Appearance:

@@ -97,8 +97,9 @@ RAISED = 10
 """Approximate maximum number of raised crops: the errors of neighbours are correlated."""
 PLACED_ROUNDS = 8
 """Maximum number of rounds in which an appearance is fitted to raised stones."""
-UNLIKELY_RISE = 12.0
-"""Excess over the best fit beyond which stones are not raised further [squared standard errors]."""
+UNLIKELY_SHAPE = 12.0
+"""Excess over the best fit beyond which stones are not raised further, and another kind of stone is
+not considered [squared standard errors]."""
 MIN_GAIN = 0.5
 """Gain below which a round is the last [squared standard errors]."""
 

@@ -53,14 +53,14 @@ def test_crops_that_were_placed_too_far_away_come_nearer_to_the_camera():
     found = np.array([crop.pose[:2] for crop in crops])
     fit = fit_profile(crops, shown, prior, 0)
     uncertainty, alone = (
-        sight_uncertainty(crops, fit, prior, typical=True),
+        sight_uncertainty(crops, fit, prior, True),
         shape_uncertainty(crops, fit),
     )
     better = np.abs(found + uncertainty.shift - places)
     assert better.max() < 0.6 * np.abs(found - places).max()
     assert (better < 2 * np.hypot(uncertainty.sigma, 0.002)).all()
     assert (uncertainty.sigma >= alone.sigma).all()
-    guess = sight_uncertainty(crops, fit, prior, typical=False)
+    guess = sight_uncertainty(crops, fit, prior, False)
     assert not guess.shift.any()
     assert guess.sigma[-1, 1] > abs(uncertainty.shift[-1, 1])
 
