@@ -87,15 +87,22 @@ def _is_written(path: Path) -> bool:
     return asked
 
 
-def _flat(name: str, value: Any) -> Iterator[tuple[str, Any]]:
+def _flat(name: str, value: Any) -> Iterator[tuple[str, str]]:
+    """Yield a line for each value, and one for each list of values."""
     if isinstance(value, dict):
         for key in sorted(value.keys() - LEFT_OUT):
             yield from _flat(f"{name}.{key}", value[key])
-    elif isinstance(value, list):
+    elif isinstance(value, list) and any(isinstance(item, dict | list) for item in value):
         for k, item in enumerate(value):
             yield from _flat(f"{name}[{k}]", item)
+    elif isinstance(value, list):
+        yield name, " | ".join(map(_text, value))
     else:
-        yield name, f"{value:.6g}" if isinstance(value, float) else value
+        yield name, _text(value)
+
+
+def _text(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def _check_lines(path: Path, lines: list[str]) -> None:

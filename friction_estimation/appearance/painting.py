@@ -32,24 +32,14 @@ def painted(window: PixelWindow, shape: ShapeValues, pose: Floats, *, with_handl
     """
     rows, columns = window.shape
     planes = np.empty((PLANES, rows * FINE, columns * FINE), dtype=np.float32)
-    repaint_body(planes, window, shape, pose)
-    repaint_shade(planes, window, shape, pose)
+    rays = window.ray_xy, window.ray_slope, window.scale
+    paint_body(pose[0], pose[1], shape, *rays, rows, columns, planes)
+    paint_shade(pose[0], pose[1], shape, window.ray_xy, rows, columns, planes[SHADE])
     if with_handle:
         repaint_handle(planes, window, shape, pose)
     else:
         planes[HANDLE] = 0.0
     return planes
-
-
-def repaint_body(planes: Planes, window: PixelWindow, shape: ShapeValues, pose: Floats) -> None:
-    """Paint the body, in place."""
-    rays = window.ray_xy, window.ray_slope, window.scale
-    paint_body(pose[0], pose[1], shape, *rays, *window.shape, planes)
-
-
-def repaint_shade(planes: Planes, window: PixelWindow, shape: ShapeValues, pose: Floats) -> None:
-    """Paint the shade on the ice, in place."""
-    paint_shade(pose[0], pose[1], shape, window.ray_xy, *window.shape, planes[SHADE])
 
 
 def repaint_handle(planes: Planes, window: PixelWindow, shape: ShapeValues, pose: Floats) -> None:
